@@ -1,1 +1,22 @@
-"""."""
+"""kinegen: a compiler for robot kinematics.
+
+In: one YAML file with a Denavit-Hartenberg table. Out: the closed form as a textbook prints it, C that a board can
+carry, and a Python module that evaluates poses in bulk. Data goes one way, from the top of this list to its end:
+
+    robot/      YAML text      -> Robot          what the user wrote: exact, validated, with line numbers
+    symbolic/   Robot          -> Expressions    elementary transforms, folded; poses; sympy lives here only
+    ir/         Expressions    -> Program        straight-line code, one operation per statement
+    emit/       Program        -> {name: text}   one folder of templates per language
+    native/     C text         -> callable       compiled extension, threads, arrays
+    verify/     callable       -> Report         the proof, against reference.py
+    build.py    the stages in order
+    cli/        one module per subcommand
+
+A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` tells
+the whole story.
+
+This module itself imports nothing, so that `kinegen --help` answers at once.
+"""
+
+__version__ = "0.1.0"
+"""The version; the banners of generated files name it, and the build of the wheel reads it here."""

@@ -1,0 +1,8 @@
+"""`python -m kinegen`: the same as the command `kinegen`."""
+
+import sys
+
+from kinegen.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,53 @@
+"""Finds the templates and makes the one Jinja environment that reads them.
+
+The templates stand at the top level of the checkout, beside the package. A wheel carries them inside the package
+instead; an editable install does not, so both places are looked at.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import jinja2
+
+from kinegen.errors import KinegenError
+
+
+def template_folder(package: Path) -> Path:
+    """Finds the folder of templates that belongs to a package folder.
+
+    Args:
+        package: Folder that holds `kinegen/__init__.py`.
+
+    Returns:
+        `templates/` inside the package, as a wheel installs it, or else beside it, as it stands in a checkout.
+
+    Raises:
+        KinegenError: Neither folder exists; the installation is broken.
+    """
+    candidates = (package / "templates", package.parent / "templates")
+    for folder in candidates:
+        if folder.is_dir():
+            return folder
+    places = " nor ".join(str(folder) for folder in candidates)
+    raise KinegenError(f"the templates are missing, neither {places} exists; install kinegen again")
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Makes the environment; every template is rendered through this one.
+
+    A name that a template uses and Python does not supply is an error. White space is what the template shows: a
+    line that holds only a tag leaves nothing behind. Nothing is escaped, since no output is HTML.
+    """
+    package = Path(__file__).resolve().parent.parent
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template_folder(package), encoding="utf-8"),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        newline_sequence="\n",
+        autoescape=False,  # noqa: S701 - the outputs are C, Python and LaTeX
+    )
