@@ -1,0 +1,77 @@
+"""The way between two frames of a robot, as one sequence of elementary transforms."""
+
+from __future__ import annotations
+
+from kinegen.errors import KinegenError
+from kinegen.robot.model import BASE, TOOL, WRIST, Robot
+from kinegen.symbolic.transforms import Elementary, Values, inverse, row_transforms, step_transforms
+
+FrameName = str | int
+"""A frame by name; or by number: i is the frame of row i, 0 the one after the robot's fixed base transform."""
+
+_ORIGIN = "0"
+
+
+def transforms_between(robot: Robot, start: FrameName, end: FrameName, values: Values) -> tuple[Elementary, ...]:
+    """The elementary transforms that lead from one frame to another, through their nearest common ancestor.
+
+    Args:
+        robot: The robot.
+        start: Frame in which the result is expressed.
+        end: Frame that the result reaches.
+        values: A sympy value for each name of the file.
+
+    Returns:
+        Turns and shifts, left to right: their product is `start_T_end`.
+
+    Raises:
+        KinegenError: If a frame does not exist; the message lists those that do.
+    """
+    up = _ancestry(robot, _resolve(robot, start))
+    down = _ancestry(robot, _resolve(robot, end))
+    while up and down and up[0] == down[0]:
+        up, down = up[1:], down[1:]
+    climb = [inverse(step) for name in reversed(up) for step in reversed(_link(robot, name, values))]
+    descend = [step for name in down for step in _link(robot, name, values)]
+    return tuple(climb + descend)
+
+
+def _resolve(robot: Robot, frame: FrameName) -> str:
+    text = str(frame)
+    if text.isdecimal() and int(text) <= len(robot.rows):
+        return robot.rows[int(text) - 1].name if int(text) else _ORIGIN
+    if text == WRIST and not robot.is_tree and text not in robot.frame_names:
+        return robot.leaves[0] if robot.rows else _ORIGIN
+    known = (BASE, *robot.frame_names)
+    if text not in known:
+        numbers = f"0 to {len(robot.rows)}"
+        raise KinegenError(f"unknown frame '{text}' (expected {', '.join(known)}, or a number from {numbers})")
+    return text
+
+
+def _ancestry(robot: Robot, name: str) -> list[str]:
+    """The frames from below the root down to `name`; the root itself is left out."""
+    parents = {row.name: _ORIGIN if row.parent == BASE else row.parent for row in robot.rows}
+    parents[_ORIGIN] = BASE
+    if not robot.is_tree:
+        parents[TOOL] = robot.leaves[0] if robot.rows else _ORIGIN
+    for frame in robot.frames:
+        parents[frame.name] = _resolve(robot, frame.parent)
+    path: list[str] = []
+    while name != BASE:
+        path.append(name)
+        name = parents[name]
+    return path[::-1]
+
+
+def _link(robot: Robot, name: str, values: Values) -> tuple[Elementary, ...]:
+    """The transforms from a frame's parent to the frame."""
+    if name == _ORIGIN:
+        return step_transforms(robot.base, values)
+    if name == TOOL:
+        return step_transforms(robot.tool, values)
+    for row in robot.rows:
+        if row.name == name:
+            return row_transforms(row, values)
+    steps = next(frame.steps for frame in robot.frames if frame.name == name)
+    return step_transforms(steps, values)
