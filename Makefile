@@ -1,0 +1,102 @@
+# The commands of this project; `make` alone lists them.
+#
+# Everything happens in .venv, which is made on the first use. Stamps in it record what is installed, so that a
+# second call starts at once. Another interpreter:  make PYTHON=/path/to/python3.12 test
+
+PYTHON ?= python3
+JOBS   ?= $(shell nproc 2>/dev/null || echo 2)
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+CHECKED := $(wildcard kinegen tests scripts docs benchmarks generated)
+
+# The robots whose output is committed, and how it is built.
+ROBOTS            := $(sort $(wildcard robots/*.yaml))
+GENERATED_OPTIONS := --real both --outputs pose,frames,position
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-print-directory
+
+.PHONY: help demo test check fix format lint types generated current docs docs-current bench wheel clean
+
+help: ## lists these commands
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+# For people who try it ------------------------------------------------------------------------------------------------
+
+demo: $(VENV)/.kinegen ## builds a PUMA 560, shows its closed form, evaluates 100,000 poses
+	$(BIN)/kinegen show robots/puma560.yaml
+	@echo
+	$(BIN)/kinegen build robots/puma560.yaml -o build/demo
+	@echo
+	$(BIN)/python scripts/demo.py build/demo/puma560
+
+# For people who change it ---------------------------------------------------------------------------------------------
+
+test: $(VENV)/.dev ## runs the test suite
+	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_OPTIONS)
+
+check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
+
+fix: $(VENV)/.dev ## mends what tools can mend: format, import order, simple lint
+	$(BIN)/ruff check --fix $(CHECKED)
+	$(BIN)/ruff format $(CHECKED)
+
+format: $(VENV)/.dev ## checks the layout of the Python code
+	$(BIN)/ruff format --check $(CHECKED)
+
+lint: $(VENV)/.dev ## checks the Python code, the generated one too
+	$(BIN)/ruff check $(CHECKED)
+
+types: $(VENV)/.dev ## checks the types
+	$(BIN)/mypy
+
+generated: $(VENV)/.kinegen ## rewrites generated/ from robots/
+	$(BIN)/kinegen build $(ROBOTS) -o generated $(GENERATED_OPTIONS)
+
+# Built anew elsewhere and compared, so that the check changes nothing; compiled files are not committed.
+current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
+	@rm -rf build/current
+	$(BIN)/kinegen build $(ROBOTS) -o build/current $(GENERATED_OPTIONS) --no-compile >build/current.log || \
+	    { cat build/current.log; exit 1; }
+	@diff -r -x '*.so' -x __pycache__ generated build/current || \
+	    { echo "generated/ is not current: run 'make generated' and commit what it changes"; exit 1; }
+	@echo "generated/ is current"
+
+# Every page with real output has a script docs/make_*.py that rewrites it; --check compares instead.
+docs: $(VENV)/.kinegen ## rewrites the output shown in README.md and docs/
+	@for script in docs/make_*.py; do echo "$$script"; $(BIN)/python $$script || exit 1; done
+
+docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
+	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
+
+bench: $(VENV)/.kinegen ## prints the figures of this machine
+	$(BIN)/python benchmarks/run.py
+
+wheel: $(VENV)/.dev ## builds a wheel in dist/ and tries it outside the checkout
+	$(BIN)/python -m hatchling build -t wheel -d dist
+	$(BIN)/python -m pytest tests/test_packaging.py
+
+clean: ## removes what was built, and .venv
+	rm -rf build dist $(VENV) .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find kinegen tests docs scripts benchmarks generated -name __pycache__ -prune -exec rm -rf {} +
+	find generated -name '*.so' -delete
+
+# The environment ------------------------------------------------------------------------------------------------------
+
+$(VENV)/.made: scripts/make_venv.py
+	@command -v $(PYTHON) >/dev/null || \
+	    { echo "error: no '$(PYTHON)' here; kinegen needs Python 3.11 or newer:  make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) scripts/make_venv.py $(VENV)
+	@touch $@
+
+$(VENV)/.kinegen: $(VENV)/.made pyproject.toml
+	@echo "Installing kinegen into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.made pyproject.toml
+	@echo "Installing kinegen and its tools into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $(VENV)/.kinegen $@
