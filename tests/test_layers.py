@@ -1,0 +1,161 @@
+"""The house has an order: a module imports only from rows above its own, and stays small."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+# From top to bottom; the same order stands in kinegen/__init__.py. Modules of one row may import each other only
+# where they stand in the same folder.
+ROWS = (
+    ("kinegen",),
+    ("kinegen.errors", "kinegen.outputs"),
+    ("kinegen.naming", "kinegen.write"),
+    ("kinegen.robot",),
+    ("kinegen.reference",),
+    ("kinegen.symbolic",),
+    ("kinegen.ir",),
+    ("kinegen.emit",),
+    ("kinegen.native",),
+    ("kinegen.verify",),
+    ("kinegen.build",),
+    ("kinegen.cli",),
+    ("kinegen.__main__",),
+)
+
+# What the order alone would allow, and independence does not.
+FORBIDDEN = {
+    "kinegen.reference": ("kinegen.symbolic", "kinegen.ir", "sympy"),
+}
+
+# The last importer of sympy is ir/lower.py; everything after it works on Programs.
+SYMPY_MAY_ENTER = ("kinegen.symbolic", "kinegen.ir.lower")
+
+LONGEST_FUNCTION = 60
+LONGEST_MODULE = 350
+
+
+def modules() -> dict[str, Path]:
+    """The modules of the package by name."""
+    found = {}
+    for path in sorted((ROOT / "kinegen").rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+MODULES = modules()
+GENERATED = sorted((ROOT / "generated").rglob("*.py"))
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imports(path: Path) -> Iterator[str]:
+    """The full names that a file imports anywhere, also late and for annotations; relative ones start with a dot."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            module = "." * node.level + (node.module or "")
+            for alias in node.names:
+                # `from kinegen import errors` names a module, `from kinegen.errors import KinegenError` does not.
+                name = f"{module}.{alias.name}"
+                yield name if name in MODULES else module
+
+
+def is_in(name: str, package: str) -> bool:
+    """Whether a dotted name is a package or something below it."""
+    return name == package or name.startswith(f"{package}.")
+
+
+def row(module: str) -> tuple[int, str]:
+    """The number of a module's row, and the entry of that row that it belongs to."""
+    entries = [(number, entry) for number, entries in enumerate(ROWS) for entry in entries]
+    # The package itself stands for its __init__ alone, not for everything below it.
+    matching = [(number, entry) for number, entry in entries if module == entry or (number and is_in(module, entry))]
+    assert matching, f"{module} stands in no row: give it a place in ROWS"
+    return matching[-1]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_come_from_rows_above(module: str) -> None:
+    number, entry = row(module)
+    below = []
+    for name in imports(MODULES[module]):
+        if is_in(name, "kinegen"):
+            other_number, other_entry = row(name)
+            if other_number > number or (other_number == number and other_entry != entry):
+                below.append(name)
+
+    assert not below, f"{module} imports from its own row or from below"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_sympy_stays_in_the_symbolic_stage(module: str) -> None:
+    allowed = any(is_in(module, place) for place in SYMPY_MAY_ENTER)
+
+    assert allowed or not any(is_in(name, "sympy") for name in imports(MODULES[module]))
+
+
+@pytest.mark.parametrize("place", FORBIDDEN)
+def test_independent_parts_stay_independent(place: str) -> None:
+    for module, path in MODULES.items():
+        if is_in(module, place):
+            found = [name for name in imports(path) for other in FORBIDDEN[place] if is_in(name, other)]
+
+            assert not found, f"{module} imports {', '.join(found)}"
+
+
+def test_the_array_handling_of_generated_modules_needs_numpy_alone() -> None:
+    """`native/kernel.py` is copied into every generated package."""
+    path = MODULES.get("kinegen.native.kernel")
+    assert path, "kinegen/native/kernel.py has moved"
+
+    assert strangers(path) == []
+
+
+@pytest.mark.parametrize("path", GENERATED, ids=lambda path: str(path.relative_to(ROOT)))
+def test_generated_code_needs_numpy_alone(path: Path) -> None:
+    assert strangers(path) == []
+
+
+def strangers(path: Path) -> list[str]:
+    """The imports of a file that are neither NumPy's, nor the standard library's, nor its own folder's."""
+    known = {"numpy", *sys.stdlib_module_names}
+    return [name for name in imports(path) if not name.startswith(".") and name.split(".")[0] not in known]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_modules_stay_short(module: str) -> None:
+    lines = len(MODULES[module].read_text(encoding="utf-8").splitlines())
+
+    assert lines <= LONGEST_MODULE, f"{module} has {lines} lines: split it"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_functions_stay_short(module: str) -> None:
+    functions = [
+        (node.name, (node.end_lineno or 0) - node.lineno + 1)
+        for node in ast.walk(tree(MODULES[module]))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+
+    assert [(name, lines) for name, lines in functions if lines > LONGEST_FUNCTION] == []
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_names_say_what_a_module_is_for(module: str) -> None:
+    vague = {"common", "helper", "helpers", "manager", "misc", "tools", "util", "utils"}
+
+    assert module.rpartition(".")[2] not in vague

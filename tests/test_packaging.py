@@ -1,0 +1,139 @@
+"""kinegen installs from a wheel and from a checkout, runs outside both, and starts quickly."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import kinegen
+from kinegen.emit.environment import template_folder
+from kinegen.errors import KinegenError
+
+ROOT = Path(__file__).resolve().parent.parent
+
+ROBOT = """\
+kinegen: 1
+name: slider
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: turn, alpha: 0, a: 0.5, d: 0, theta: q}
+  - {name: slide, alpha: 90, a: 0, d: q, theta: 0}
+"""
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """Runs a command away from the checkout's own settings and returns what it printed."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "PYTEST"))}
+    done = subprocess.run(command, cwd=cwd, env=kept, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def fresh_environment(folder: Path) -> Path:
+    """Makes an environment that sees this one's libraries, but not this one's kinegen; returns its bin folder.
+
+    A folder named in a .pth file is put on the path without reading the .pth files inside it, and an editable install
+    of kinegen is such a file.
+    """
+    run(sys.executable, "-m", "venv", "--without-pip", folder, cwd=folder.parent)
+    (site,) = folder.glob("lib/python3*/site-packages")
+    libraries = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
+    (site / "libraries.pth").write_text("".join(f"{path}\n" for path in sorted(libraries)), encoding="utf-8")
+    return folder / "bin"
+
+
+def install(environment: Path, *what: str | Path, cwd: Path) -> None:
+    """Installs into an environment without the network."""
+    offline = ("--no-deps", "--no-index", "--no-build-isolation", "--disable-pip-version-check", "--quiet")
+    # kinegen stands in the borrowed libraries too, and pip must not take it for installed.
+    pip = (sys.executable, "-m", "pip", "--python", environment / "python")
+    run(*pip, "install", "--ignore-installed", *offline, *what, cwd=cwd)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel of the checkout."""
+    folder = tmp_path_factory.mktemp("wheel")
+    run(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=ROOT)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+def templates() -> set[str]:
+    """The templates of the checkout, by their paths inside the folder."""
+    folder = ROOT / "templates"
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    inside = {name.removeprefix("kinegen/templates/") for name in names if name.startswith("kinegen/templates/")}
+
+    assert inside == templates()
+    assert "kinegen/py.typed" in names
+    assert any(name.endswith("/licenses/LICENSE") for name in names)
+    assert {name.split("/")[0] for name in names} == {"kinegen", f"kinegen-{kinegen.__version__}.dist-info"}
+
+
+@pytest.mark.parametrize("source", ["wheel", "checkout"])
+def test_an_installed_kinegen_builds_a_robot_elsewhere(
+    source: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    environment = fresh_environment(tmp_path / "environment")
+    if source == "wheel":
+        install(environment, request.getfixturevalue("wheel"), cwd=tmp_path)
+    else:
+        install(environment, "--editable", ROOT, cwd=tmp_path)
+    home = ROOT if source == "checkout" else tmp_path
+    (tmp_path / "slider.yaml").write_text(ROBOT, encoding="utf-8")
+    run(environment / "kinegen", "build", "slider.yaml", "-o", "out", "--no-compile", cwd=tmp_path)
+    place = "import kinegen, pathlib; print(pathlib.Path(kinegen.__file__).resolve())"
+    pose = "from out import slider; print(*slider.fk([0.0, 0.25])[:3, 3].round(12))"
+
+    assert Path(run(environment / "python", "-c", place, cwd=tmp_path).strip()).is_relative_to(home)
+    assert run(environment / "python", "-c", pose, cwd=tmp_path).split() == ["0.5", "0.0", "0.25"]
+
+
+def test_the_version_is_told_alike_everywhere() -> None:
+    assert metadata.version("kinegen") == kinegen.__version__
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["build", "--help"], ["--version"]], ids=" ".join)
+def test_help_comes_without_the_heavy_libraries(arguments: list[str], tmp_path: Path) -> None:
+    """sympy alone takes longer to import than a person waits for help gladly."""
+    script = (
+        "import sys\n"
+        "from kinegen.cli import main\n"
+        f"assert main({arguments}) in (0, None)\n"
+        "print(*sorted({'cffi', 'jinja2', 'mpmath', 'numpy', 'sympy', 'yaml'} & set(sys.modules)), file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+
+    assert done.stderr.split() == []
+
+
+def test_templates_inside_the_package_come_first(tmp_path: Path) -> None:
+    inside = tmp_path / "kinegen" / "templates"
+    beside = tmp_path / "templates"
+    inside.mkdir(parents=True)
+    beside.mkdir()
+
+    assert template_folder(tmp_path / "kinegen") == inside
+
+    inside.rmdir()
+
+    assert template_folder(tmp_path / "kinegen") == beside
+
+
+def test_missing_templates_are_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(KinegenError, match="the templates are missing"):
+        template_folder(tmp_path / "kinegen")
