@@ -1,0 +1,86 @@
+"""Angle sums and their short names: `23` for q2 + q3, `2m3` for q2 - q3, as textbooks write c23.
+
+Joints ascend and are counted from 1 by their place in the joint vector; from ten joints on they are joined by `_`
+(`1_12`, never `112`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+COMPACT_DOF = 9
+"""Up to this many joints a number is one digit, and digits can stand side by side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Angle:
+    """A linear combination of joint variables, and what else stands in it.
+
+    Attributes:
+        terms: Joint numbers from 1, ascending, each with its coefficient.
+        rest: Constants and runtime parameters as text; empty if there are none.
+    """
+
+    terms: tuple[tuple[int, Fraction], ...]
+    rest: str = ""
+
+    def plus(self, other: Angle, sign: int) -> Angle:
+        """This angle plus or minus another one."""
+        sums = dict(self.terms)
+        for joint, coefficient in other.terms:
+            sums[joint] = sums.get(joint, Fraction(0)) + sign * coefficient
+        terms = tuple(sorted((joint, coefficient) for joint, coefficient in sums.items() if coefficient))
+        return Angle(terms, _joined(self.rest, "+" if sign > 0 else "-", other.rest))
+
+    def times(self, factor: Fraction) -> Angle:
+        """This angle times a number."""
+        terms = tuple((joint, coefficient * factor) for joint, coefficient in self.terms)
+        return Angle(terms, f"{float(factor):.6g}*({self.rest})" if self.rest else "")
+
+    def __str__(self) -> str:
+        text = ""
+        for joint, coefficient in self.terms:
+            size = "" if abs(coefficient) == 1 else f"{float(abs(coefficient)):.6g}*"
+            text = _joined(text, "-" if coefficient < 0 else "+", f"{size}q{joint}")
+        return _joined(text, "+", self.rest) or "0"
+
+
+def _joined(left: str, sign: str, right: str) -> str:
+    if not right:
+        return left
+    if right.startswith("-"):
+        sign, right = ("-" if sign == "+" else "+"), right[1:]
+    if not left:
+        return right if sign == "+" else f"-{right}"
+    return f"{left} {sign} {right}"
+
+
+@dataclass(slots=True)
+class AngleLabels:
+    """Gives each angle of one robot a short name of its own.
+
+    Attributes:
+        dof: Number of joints of the robot.
+    """
+
+    dof: int
+    _given: dict[str, Angle] = field(default_factory=dict)
+
+    def label(self, angle: Angle) -> str:
+        """The short name of an angle; an angle that is no plain sum of joints is called `u1`, `u2`, ..."""
+        label = self._plain(angle)
+        if label is None or self._given.get(label, angle) != angle:
+            fallbacks = [name for name, known in self._given.items() if name.startswith("u")]
+            known = [name for name in fallbacks if self._given[name] == angle]
+            label = known[0] if known else f"u{len(fallbacks) + 1}"
+        self._given[label] = angle
+        return label
+
+    def _plain(self, angle: Angle) -> str | None:
+        if angle.rest or not angle.terms or any(abs(coefficient) != 1 for _, coefficient in angle.terms):
+            return None
+        if angle.terms[0][1] < 0:
+            return None
+        separator = "" if self.dof <= COMPACT_DOF else "_"
+        return separator.join(f"{'m' if coefficient < 0 else ''}{joint}" for joint, coefficient in angle.terms)

@@ -1,0 +1,105 @@
+"""From exact expressions to a program: sharing, order and floats are decided here, once.
+
+In: definitions and entries as sympy expressions. Out: a `Program`. Values are numbered, so equal operations are one
+statement whatever their sign or the order of their operands; terms and factors are ordered by first use, never by
+sympy's own ordering or by hashes. This is the last module that imports sympy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import sympy as sp
+
+from kinegen.errors import KinegenError
+from kinegen.ir.names import name_values
+from kinegen.ir.program import Operator, Program
+from kinegen.ir.signs import absorb_signs
+from kinegen.ir.values import Node, Value, Values
+from kinegen.symbolic.expressions import Expressions
+
+DIGITS = 150
+_NEGLIGIBLE = Fraction(1, 10**120)
+
+
+def lower(expressions: Expressions) -> Program:
+    """Lower one kinematic quantity to straight-line code.
+
+    Args:
+        expressions: Definitions and entries, exact.
+
+    Returns:
+        The program; statements stand in the order of their first need, sines and cosines first.
+
+    Raises:
+        KinegenError: If an expression needs an operation that a kernel does not have (a root of a runtime parameter).
+    """
+    lowering = _Lowering()
+    for index, variable in enumerate(expressions.variables):
+        lowering.known[variable] = (1, lowering.values.variable(index))
+    for parameter in expressions.parameters:
+        lowering.known[parameter] = (1, lowering.values.parameter(parameter.name))
+    for symbol, expression in expressions.definitions:
+        lowering.known[symbol] = lowering.value(expression)
+    outputs = [lowering.value(entry) for entry in expressions.entries]
+    values, outputs = absorb_signs(lowering.values, outputs)
+    return name_values(
+        values,
+        outputs,
+        quantity=expressions.quantity,
+        frames=expressions.frames,
+        dof=len(expressions.variables),
+        parameters=tuple(parameter.name for parameter in expressions.parameters),
+    )
+
+
+@dataclass(slots=True)
+class _Lowering:
+    """Numbers the values of expressions."""
+
+    values: Values = field(default_factory=Values)
+    known: dict[sp.Symbol, Value] = field(default_factory=dict)
+
+    def value(self, expression: sp.Expr) -> Value:
+        """The numbered value of an expression, with its sign."""
+        if expression.is_Symbol:
+            return self.known[expression]
+        if not expression.free_symbols:
+            return self.values.constant(exact_number(expression))
+        if isinstance(expression, sp.Add):
+            return self.values.total([self.value(term) for term in expression.args])
+        if isinstance(expression, sp.Mul):
+            return self._product(expression)
+        if isinstance(expression, sp.Pow) and expression.exp.is_Integer:
+            return self._power(expression)
+        if isinstance(expression, sp.sin):
+            sign, angle = self.value(expression.args[0])
+            return sign, self.values.apply(Operator.SIN, angle)
+        if isinstance(expression, sp.cos):
+            return 1, self.values.apply(Operator.COS, self.value(expression.args[0])[1])
+        raise KinegenError(f"a kernel cannot evaluate '{expression}': runtime parameters allow + - * / only")
+
+    def _product(self, expression: sp.Mul) -> Value:
+        """Constant factors are one constant, so that exact numbers are rounded once."""
+        constant, moving = expression.as_independent(*expression.free_symbols, as_Add=False)
+        factors = [self.value(factor) for factor in sp.Mul.make_args(moving)]
+        if constant != 1:
+            factors.append(self.values.constant(exact_number(constant)))
+        return self.values.product(factors)
+
+    def _power(self, expression: sp.Pow) -> Value:
+        exponent = int(expression.exp)
+        raised = self.values.product([self.value(expression.base)] * abs(exponent))
+        return raised if exponent > 0 else self.values.quotient((1, self.values.constant(Fraction(1))[1]), raised)
+
+
+def exact_number(expression: sp.Expr) -> Fraction:
+    """The value of a constant expression: exact if rational, else to 150 digits."""
+    if expression.is_Rational:
+        return Fraction(int(expression.p), int(expression.q))
+    digits = Fraction(str(sp.N(expression, DIGITS, maxn=4 * DIGITS)))
+    return Fraction(0) if abs(digits) < _NEGLIGIBLE else digits
+
+
+__all__ = ["Node", "exact_number", "lower"]

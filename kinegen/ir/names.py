@@ -1,0 +1,169 @@
+"""The last step of lowering: live values in their final order, with the names that people read.
+
+Sines and cosines are `s1`, `c1`, `s23`, `c23`, and an angle that is a sum is `q23`, after the joints in it; every
+other temporary is `t0`, `t1`, ... in order of definition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from kinegen.angles import Angle, AngleLabels
+from kinegen.ir.program import (
+    AngleSum,
+    Constant,
+    Operand,
+    Operator,
+    Program,
+    RuntimeParameter,
+    Statement,
+    Temporary,
+    Variable,
+)
+from kinegen.ir.values import Node, Values
+from kinegen.outputs import Quantity
+
+_TRIGONOMETRIC = (Operator.SIN, Operator.COS)
+
+
+def name_values(
+    values: Values,
+    outputs: Sequence[int],
+    *,
+    quantity: Quantity,
+    frames: tuple[str, ...],
+    dof: int,
+    parameters: tuple[str, ...],
+) -> Program:
+    """Put live values in order, name them and make them a program.
+
+    Args:
+        values: Numbered values.
+        outputs: The number of each output.
+        quantity: What is computed.
+        frames: For which frames.
+        dof: Length of the joint vector.
+        parameters: Names of the runtime parameters.
+
+    Returns:
+        The checked program.
+    """
+    naming = _Naming(values, AngleLabels(dof))
+    order = naming.order(outputs)
+    for number in order:
+        naming.name(number)
+    statements = tuple(naming.statement(number) for number in order)
+    return Program(
+        quantity=quantity,
+        frames=frames,
+        dof=dof,
+        parameters=parameters,
+        angles=tuple(naming.angles.values()),
+        statements=statements,
+        outputs=tuple(naming.operand(number) for number in outputs),
+    )
+
+
+class _Naming:
+    def __init__(self, values: Values, labels: AngleLabels) -> None:
+        self.nodes = values.nodes
+        self.labels = labels
+        self.angles: dict[int, AngleSum] = {}
+        self.names: dict[int, str] = {}
+        self.temporaries = 0
+
+    def order(self, outputs: Sequence[int]) -> list[int]:
+        """Live operations: everything that leads to a sine or cosine first, then the rest as it was defined."""
+        live = self._needed(outputs)
+        trigonometric = [number for number in live if self._operator(number) in _TRIGONOMETRIC]
+        for number in trigonometric:
+            self._add_angle(self._node(number).operands[0])
+        early = self._needed(trigonometric)
+        rank = {angle: place for place, angle in enumerate(sorted(self.angles, key=self._angle_key))}
+        self.angles = {angle: self.angles[angle] for angle in rank}
+        pairs = sorted(
+            trigonometric,
+            key=lambda number: (rank[self._node(number).operands[0]], self._operator(number) is Operator.COS),
+        )
+        sums = [number for number in sorted(early) if self._is_operation(number) and number not in pairs]
+        late = [number for number in sorted(live) if self._is_operation(number) and number not in early]
+        return sums + pairs + late
+
+    def name(self, number: int) -> None:
+        """Give a live operation its name."""
+        node = self._node(number)
+        if node.operator in _TRIGONOMETRIC:
+            self.names[number] = node.operator.value[0] + self.angles[node.operands[0]].label
+        elif number in self.angles:
+            self.names[number] = "q" + self.angles[number].label
+        else:
+            self.names[number] = f"t{self.temporaries}"
+            self.temporaries += 1
+
+    def statement(self, number: int) -> Statement:
+        """The statement of a named operation."""
+        node = self._node(number)
+        return Statement(
+            self.names[number], node.operator, tuple(self.operand(operand) for operand in node.operands)
+        )
+
+    def operand(self, number: int) -> Operand:
+        """A value as an operand."""
+        node = self.nodes[number]
+        return Temporary(self.names[number]) if isinstance(node, Node) else node
+
+    def _needed(self, roots: Sequence[int]) -> set[int]:
+        needed = set(roots)
+        for number in range(max(needed, default=-1), -1, -1):
+            node = self.nodes[number]
+            if number in needed and isinstance(node, Node):
+                needed.update(node.operands)
+        return needed
+
+    def _add_angle(self, number: int) -> None:
+        angle = self._angle(number)
+        self.angles[number] = AngleSum(self.labels.label(angle), str(angle), len(angle.terms) > 1)
+
+    def _angle_key(self, number: int) -> tuple[list[int], int]:
+        return [joint for joint, _ in self._angle(number).terms], number
+
+    def _angle(self, number: int) -> Angle:
+        """An angle as a linear combination of joint variables, as far as it is one."""
+        node = self.nodes[number]
+        if isinstance(node, Variable):
+            return Angle(((node.index + 1, Fraction(1)),))
+        if isinstance(node, Constant):
+            return Angle((), f"{float(node.value):.6g}")
+        if isinstance(node, RuntimeParameter):
+            return Angle((), node.name)
+        operands = [self._angle(operand) for operand in node.operands]
+        match node.operator:
+            case Operator.ADD:
+                return operands[0].plus(operands[1], 1)
+            case Operator.SUB:
+                return operands[0].plus(operands[1], -1)
+            case Operator.MUL if isinstance(self.nodes[node.operands[1]], Constant):
+                return operands[0].times(self._constant(node.operands[1]))
+            case Operator.MUL if isinstance(self.nodes[node.operands[0]], Constant):
+                return operands[1].times(self._constant(node.operands[0]))
+            case _:
+                return Angle((), "...")
+
+    def _constant(self, number: int) -> Fraction:
+        node = self.nodes[number]
+        return node.value if isinstance(node, Constant) else Fraction(1)
+
+    def _node(self, number: int) -> Node:
+        node = self.nodes[number]
+        if not isinstance(node, Node):
+            raise TypeError(f"value {number} is no operation")
+        return node
+
+    def _operator(self, number: int) -> Operator | None:
+        node = self.nodes[number]
+        return node.operator if isinstance(node, Node) else None
+
+    def _is_operation(self, number: int) -> bool:
+        return isinstance(self.nodes[number], Node)

@@ -1,0 +1,184 @@
+"""Straight-line code: every statement is one operation, every name is defined once, before use, and used.
+
+A program can add, subtract, multiply, divide, change a sign and take the sine and the cosine of an angle. It cannot
+branch, loop or call anything else, so it takes the same time for every input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+
+from kinegen.outputs import Quantity
+
+
+class Operator(StrEnum):
+    """What a statement does with its operands."""
+
+    ADD = "add"
+    SUB = "sub"
+    MUL = "mul"
+    DIV = "div"
+    NEG = "neg"
+    SIN = "sin"
+    COS = "cos"
+
+    @property
+    def arity(self) -> int:
+        """Number of operands."""
+        return 1 if self in (Operator.NEG, Operator.SIN, Operator.COS) else 2
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """Entry `index` of the joint vector."""
+
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class RuntimeParameter:
+    """A parameter that the caller may change."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number, exact or to well over a hundred digits; emitters round it once, to their own type."""
+
+    value: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Temporary:
+    """The result of the statement of that name."""
+
+    name: str
+
+
+Operand = Variable | RuntimeParameter | Constant | Temporary
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """One operation; `name` is the temporary that it defines."""
+
+    name: str
+    operator: Operator
+    operands: tuple[Operand, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AngleSum:
+    """An angle whose sine and cosine the program takes, for reports and comments.
+
+    Attributes:
+        label: What follows `s` and `c` in the names of its sine and cosine, such as 23.
+        text: The angle in terms of joint variables, such as `q2 + q3`.
+        is_sum: Whether several joint variables were merged in it.
+    """
+
+    label: str
+    text: str
+    is_sum: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """Operations of a program."""
+
+    multiplications: int
+    additions: int
+    negations: int
+    divisions: int
+    sine_cosines: int
+
+    def __str__(self) -> str:
+        divisions = f" + {self.divisions} div" if self.divisions else ""
+        return f"{self.multiplications} mul + {self.additions} add{divisions} + {self.sine_cosines} sincos"
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A kernel, independent of any language.
+
+    Attributes:
+        quantity: What it computes.
+        frames: The frames for which it computes it.
+        dof: Length of the joint vector.
+        parameters: Names of the runtime parameters, in order.
+        angles: The angles whose sine and cosine are taken, in order.
+        statements: The code.
+        outputs: `quantity.entries` operands for each frame.
+    """
+
+    quantity: Quantity
+    frames: tuple[str, ...]
+    dof: int
+    parameters: tuple[str, ...]
+    angles: tuple[AngleSum, ...]
+    statements: tuple[Statement, ...]
+    outputs: tuple[Operand, ...]
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def check(program: Program) -> None:
+    """Verify the invariants of a program.
+
+    Raises:
+        ValueError: If a name is defined twice, used before its definition or never, or a count is wrong.
+    """
+    defined: set[str] = set()
+    for statement in program.statements:
+        if len(statement.operands) != statement.operator.arity:
+            raise ValueError(f"{statement.name}: {statement.operator} takes {statement.operator.arity} operands")
+        for operand in statement.operands:
+            _check_operand(program, operand, defined)
+        if statement.name in defined:
+            raise ValueError(f"{statement.name} is defined twice")
+        defined.add(statement.name)
+    for operand in program.outputs:
+        _check_operand(program, operand, defined)
+    unused = defined - set(_used(program))
+    if unused:
+        raise ValueError(f"{sorted(unused)} are never used")
+    if len(program.outputs) != program.quantity.entries * len(program.frames):
+        raise ValueError(f"{len(program.outputs)} outputs for {len(program.frames)} frames of {program.quantity}")
+
+
+def _check_operand(program: Program, operand: Operand, defined: set[str]) -> None:
+    match operand:
+        case Temporary(name) if name not in defined:
+            raise ValueError(f"{name} is used before it is defined")
+        case Variable(index) if not 0 <= index < program.dof:
+            raise ValueError(f"there is no joint variable {index}")
+        case RuntimeParameter(name) if name not in program.parameters:
+            raise ValueError(f"there is no runtime parameter {name}")
+
+
+def _used(program: Program) -> Iterator[str]:
+    for operands in (*(statement.operands for statement in program.statements), program.outputs):
+        yield from (operand.name for operand in operands if isinstance(operand, Temporary))
+
+
+def count(program: Program) -> Count:
+    """Count the operations; a sine and a cosine of one angle are one sine-cosine pair."""
+    operators = [statement.operator for statement in program.statements]
+    pairs = {
+        statement.operands[0]
+        for statement in program.statements
+        if statement.operator in (Operator.SIN, Operator.COS)
+    }
+    return Count(
+        multiplications=operators.count(Operator.MUL),
+        additions=operators.count(Operator.ADD) + operators.count(Operator.SUB),
+        negations=operators.count(Operator.NEG),
+        divisions=operators.count(Operator.DIV),
+        sine_cosines=len(pairs),
+    )
+

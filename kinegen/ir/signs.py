@@ -1,0 +1,164 @@
+"""Negations cost a statement each; most vanish when a value is stored with the other sign.
+
+In: numbered values and signed outputs. Out: numbered values whose outputs need no sign. A difference can be stored
+either way round (`a - b` or `b - a`), a product takes over the sign of its factors, a constant has whatever sign is
+wanted. From every output that would need a negation, the nearby differences are tried the other way round, and what
+lowers the number of negations is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from kinegen.ir.program import Constant, Operator
+from kinegen.ir.values import Node, Value, Values
+
+_SUMS = (Operator.ADD, Operator.SUB)
+_PRODUCTS = (Operator.MUL, Operator.DIV)
+
+Choice = frozenset[int]
+"""The values that are to be stored with the other sign, where there is a choice."""
+
+
+def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list[int]]:
+    """Choose signs so that few negations remain, and make the remaining ones explicit.
+
+    Args:
+        values: The values; operands before results.
+        outputs: Signed outputs.
+
+    Returns:
+        New values, and the number of each output among them.
+    """
+    search = _Search(values, tuple(outputs), _live(values, outputs))
+    choice: Choice = frozenset()
+    best = len(search.negations(search.stored(choice)))
+    improved = True
+    while improved and best:
+        improved = False
+        for output in sorted(search.negations(search.stored(choice))):
+            for move in search.moves(output, choice):
+                remaining = len(search.negations(search.stored(choice ^ move)))
+                if remaining < best:
+                    choice, best, improved = choice ^ move, remaining, True
+                    break
+    return _rebuild(search, search.stored(choice))
+
+
+def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
+    needed = {number for _, number in outputs}
+    for number in range(len(values.nodes) - 1, -1, -1):
+        node = values.nodes[number]
+        if number in needed and isinstance(node, Node):
+            needed.update(node.operands)
+    return tuple(sorted(needed))
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    values: Values
+    outputs: tuple[Value, ...]
+    live: tuple[int, ...]
+
+    def is_constant(self, number: int) -> bool:
+        return isinstance(self.values.nodes[number], Constant)
+
+    def stored(self, choice: Choice) -> dict[int, int]:
+        """The sign with which each value is stored, given what is wanted where there is a choice."""
+        signs: dict[int, int] = {}
+        for number in self.live:
+            node = self.values.nodes[number]
+            signs[number] = 1
+            if isinstance(node, Node):
+                free, forced = self._sign(node, signs)
+                signs[number] = (-1 if number in choice else 1) if free else forced
+        return signs
+
+    def _sign(self, node: Node, signs: dict[int, int]) -> tuple[bool, int]:
+        """Whether the sign of a result is free, and what it is if not."""
+        if node.operator not in (*_SUMS, *_PRODUCTS):
+            return False, 1
+        left, right = node.operands
+        constant = self.is_constant(left) or self.is_constant(right)
+        if node.operator in _PRODUCTS:
+            return constant, signs[left] * signs[right]
+        second = signs[right] if node.operator is Operator.ADD else -signs[right]
+        return constant or signs[left] != second, signs[left]
+
+    def negations(self, signs: dict[int, int]) -> set[int]:
+        """The values that some output needs with the sign that they are not stored with."""
+        return {
+            number for sign, number in self.outputs if sign != signs[number] and not self.is_constant(number)
+        }
+
+    def moves(self, output: int, choice: Choice) -> Iterator[frozenset[int]]:
+        """Changes of the choice that may turn the sign of an output: itself, its operands, both."""
+        yield frozenset({output})
+        node = self.values.nodes[output]
+        if not isinstance(node, Node) or node.operator not in (*_SUMS, *_PRODUCTS):
+            return
+        for operand in node.operands:
+            yield frozenset({operand})
+            yield frozenset({operand, output})
+            inner = self.values.nodes[operand]
+            if isinstance(inner, Node) and inner.operator in (*_SUMS, *_PRODUCTS):
+                for deeper in inner.operands:
+                    yield frozenset({deeper})
+                    yield frozenset({deeper, operand})
+                    yield frozenset({deeper, operand, output})
+        yield frozenset({*node.operands, output})
+
+
+def _rebuild(search: _Search, signs: dict[int, int]) -> tuple[Values, list[int]]:
+    values = Values()
+    moved: dict[int, int] = {}
+    for number in search.live:
+        node = search.values.nodes[number]
+        if isinstance(node, Constant):
+            moved[number] = values.number(node)
+        elif isinstance(node, Node):
+            moved[number] = _restored(search, values, signs, moved, number, node)
+        else:
+            moved[number] = values.number(node)
+    outputs = []
+    for sign, number in search.outputs:
+        node = search.values.nodes[number]
+        if isinstance(node, Constant):
+            outputs.append(values.number(Constant(sign * node.value)))
+        elif sign == signs[number]:
+            outputs.append(moved[number])
+        else:
+            outputs.append(values.apply(Operator.NEG, moved[number]))
+    return values, outputs
+
+
+def _restored(
+    search: _Search, values: Values, signs: dict[int, int], moved: dict[int, int], number: int, node: Node
+) -> int:
+    """The same operation on stored operands, with the stored sign."""
+    if node.operator not in (*_SUMS, *_PRODUCTS):
+        return values.apply(node.operator, *(moved[operand] for operand in node.operands))
+    left, right = node.operands
+    if node.operator in _PRODUCTS:
+        factors = [moved[left], moved[right]]
+        if signs[number] != signs[left] * signs[right]:
+            place = 0 if search.is_constant(left) else 1
+            factors[place] = _negated(values, factors[place])
+        return values.apply(node.operator, *factors)
+    first = signs[left] * signs[number]
+    second = signs[right] * signs[number] * (1 if node.operator is Operator.ADD else -1)
+    if first > 0:
+        return values.apply(Operator.ADD if second > 0 else Operator.SUB, moved[left], moved[right])
+    if second > 0:
+        return values.apply(Operator.SUB, moved[right], moved[left])
+    if search.is_constant(left):
+        return values.apply(Operator.SUB, _negated(values, moved[left]), moved[right])
+    return values.apply(Operator.SUB, _negated(values, moved[right]), moved[left])
+
+
+def _negated(values: Values, constant: int) -> int:
+    node = values.nodes[constant]
+    if not isinstance(node, Constant):
+        raise ValueError("only a constant changes its sign for nothing")
+    return values.number(Constant(-node.value))

@@ -1,0 +1,99 @@
+"""Numbered values: each distinct operation exists once, and signs are kept beside the values, not in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from kinegen.ir.program import Constant, Operator, RuntimeParameter, Variable
+
+Leaf = Variable | RuntimeParameter | Constant
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """An operation on numbered values."""
+
+    operator: Operator
+    operands: tuple[int, ...]
+
+
+Value = tuple[int, int]
+"""A sign (1 or -1) and the number of a value."""
+
+
+@dataclass(slots=True)
+class Values:
+    """All values of a program under construction; operands always have smaller numbers than results."""
+
+    nodes: list[Leaf | Node] = field(default_factory=list)
+    _numbers: dict[Leaf | Node, int] = field(default_factory=dict)
+
+    def variable(self, index: int) -> int:
+        """An entry of the joint vector."""
+        return self.number(Variable(index))
+
+    def parameter(self, name: str) -> int:
+        """A runtime parameter."""
+        return self.number(RuntimeParameter(name))
+
+    def constant(self, value: Fraction) -> Value:
+        """A constant; its number stands for the magnitude."""
+        return (-1 if value < 0 else 1), self.number(Constant(abs(value)))
+
+    def apply(self, operator: Operator, *operands: int) -> int:
+        """An operation; operands of a sum or product are put in order of first use."""
+        ordered = tuple(sorted(operands)) if operator in (Operator.ADD, Operator.MUL) else operands
+        return self.number(Node(operator, ordered))
+
+    def total(self, terms: Sequence[Value]) -> Value:
+        """Add signed values: constants together, the rest in order of first use, a positive one first."""
+        constant = sum((sign * c.value for sign, c in self._constants(terms)), Fraction(0))
+        moving = sorted((term for term in terms if self._constant(term[1]) is None), key=lambda term: term[1])
+        if constant or not moving:
+            moving.append(self.constant(constant))
+        lead = next((place for place, (sign, _) in enumerate(moving) if sign > 0), None)
+        outer = 1 if lead is not None else -1
+        first = moving.pop(lead or 0)[1]
+        for sign, term in moving:
+            first = self.apply(Operator.ADD if sign == outer else Operator.SUB, first, term)
+        return outer, first
+
+    def product(self, factors: Sequence[Value]) -> Value:
+        """Multiply signed values: constants together, the rest in order of first use."""
+        constant = Fraction(1)
+        for sign, factor in self._constants(factors):
+            constant *= sign * factor.value
+        moving = sorted(factor for _, factor in factors if self._constant(factor) is None)
+        sign = -1 if constant < 0 else 1
+        for factor_sign, factor in factors:
+            if self._constant(factor) is None:
+                sign *= factor_sign
+        if constant == 0 or not moving:
+            return self.constant(sign * abs(constant))
+        if abs(constant) != 1:
+            moving.append(self.constant(abs(constant))[1])
+        result = moving[0]
+        for factor in moving[1:]:
+            result = self.apply(Operator.MUL, result, factor)
+        return sign, result
+
+    def quotient(self, dividend: Value, divisor: Value) -> Value:
+        """Divide signed values."""
+        return dividend[0] * divisor[0], self.apply(Operator.DIV, dividend[1], divisor[1])
+
+    def _constants(self, values: Sequence[Value]) -> list[tuple[int, Constant]]:
+        found = [(sign, self._constant(number)) for sign, number in values]
+        return [(sign, constant) for sign, constant in found if constant is not None]
+
+    def _constant(self, number: int) -> Constant | None:
+        node = self.nodes[number]
+        return node if isinstance(node, Constant) else None
+
+    def number(self, node: Leaf | Node) -> int:
+        """The number of a leaf or an operation, new or known."""
+        if node not in self._numbers:
+            self._numbers[node] = len(self.nodes)
+            self.nodes.append(node)
+        return self._numbers[node]

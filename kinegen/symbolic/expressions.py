@@ -1,0 +1,89 @@
+"""What the symbolic stage hands on: named intermediate expressions and the entries made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from kinegen.outputs import Quantity
+from kinegen.symbolic.fold import Vector
+
+Definition = tuple[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True, slots=True)
+class Expressions:
+    """One kinematic quantity in terms of joint variables and runtime parameters.
+
+    Attributes:
+        quantity: What is computed.
+        frames: The frames it is computed for, in order.
+        variables: The symbols of the joint vector, in order.
+        parameters: The symbols of the runtime parameters, in order.
+        definitions: Intermediate values, each in terms of the symbols above and earlier definitions.
+        entries: `quantity.entries` expressions for each frame, one frame after the other.
+    """
+
+    quantity: Quantity
+    frames: tuple[str, ...]
+    variables: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    definitions: tuple[Definition, ...]
+    entries: tuple[sp.Expr, ...]
+
+
+@dataclass(slots=True)
+class Tape:
+    """Collects definitions while a quantity is evaluated; equal expressions get one name."""
+
+    definitions: list[Definition] = field(default_factory=list)
+    _named: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
+
+    def name(self, expression: sp.Expr) -> sp.Expr:
+        """Give an expression a name, unless it is a number, a symbol, a sine or a cosine (or minus one)."""
+        if is_atom(expression):
+            return expression
+        if expression.could_extract_minus_sign():
+            return -self._define(-expression)
+        return self._define(expression)
+
+    def vector(self, vector: Vector) -> Vector:
+        """Name the three entries of a vector."""
+        return self.name(vector[0]), self.name(vector[1]), self.name(vector[2])
+
+    def _define(self, expression: sp.Expr) -> sp.Symbol:
+        if expression not in self._named:
+            symbol = sp.Dummy(f"v{len(self.definitions)}", real=True)
+            self._named[expression] = symbol
+            self.definitions.append((symbol, expression))
+        return self._named[expression]
+
+
+def is_atom(expression: sp.Expr) -> bool:
+    """Whether an expression costs nothing: a number, a symbol, a sine or a cosine, or minus one of these."""
+    core = -expression if expression.could_extract_minus_sign() else expression
+    return bool(core.is_Symbol or core.is_number or isinstance(core, (sp.sin, sp.cos)))
+
+
+def cost(definitions: tuple[Definition, ...], entries: tuple[sp.Expr, ...]) -> int:
+    """Multiplications and additions in the definitions that the entries need, and in the entries."""
+    by_symbol = dict(definitions)
+    pending = list(entries)
+    seen: set[sp.Symbol] = set()
+    operations = 0
+    while pending:
+        expression = pending.pop()
+        operations += _operations(expression)
+        for symbol in expression.free_symbols:
+            if symbol in by_symbol and symbol not in seen:
+                seen.add(symbol)
+                pending.append(by_symbol[symbol])
+    return operations
+
+
+def _operations(expression: sp.Expr) -> int:
+    if is_atom(expression):
+        return 0
+    arguments = [argument for argument in expression.args if argument != sp.S.NegativeOne]
+    return len(arguments) - 1 + sum(_operations(argument) for argument in arguments)
