@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # where they stand in the same folder.
 ROWS = (
     ("kinegen",),
-    ("kinegen.errors", "kinegen.outputs"),
+    ("kinegen.angles", "kinegen.errors", "kinegen.outputs"),
     ("kinegen.naming", "kinegen.write"),
     ("kinegen.robot",),
     ("kinegen.reference",),
