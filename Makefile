@@ -1,7 +1,7 @@
 # The commands of this project; `make` alone lists them.
 #
 # Everything happens in .venv, which is made on the first use. Stamps in it record what is installed, so that a
-# second call starts at once. Another interpreter:  make PYTHON=/path/to/python3.12 test
+# second call starts at once. Another interpreter:  make clean, then  make PYTHON=/path/to/python3.12 test
 
 PYTHON ?= python3
 JOBS   ?= $(shell nproc 2>/dev/null || echo 2)
@@ -86,8 +86,9 @@ clean: ## removes what was built, and .venv
 # The environment ------------------------------------------------------------------------------------------------------
 
 $(VENV)/.made: scripts/make_venv.py
-	@command -v $(PYTHON) >/dev/null || \
-	    { echo "error: no '$(PYTHON)' here; kinegen needs Python 3.11 or newer:  make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	    echo "error: kinegen needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>/dev/null || echo missing)"; \
+	    echo "  Name another one:  make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) scripts/make_venv.py $(VENV)
 	@touch $@
 

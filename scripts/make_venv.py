@@ -18,8 +18,6 @@ import tempfile
 import urllib.request
 from pathlib import Path
 
-OLDEST = (3, 11)
-
 # The wheel that installs itself where nothing else brings pip. The hash makes the download safe to run.
 PIP_URL = (
     "https://files.pythonhosted.org/packages/ef/7d/500c9ad20238fcfcb4cb9243eede163594d7020ce87bd9610c9e02771876/"
@@ -35,12 +33,6 @@ error: this Python cannot make a virtual environment by itself, and pip could no
 
 def main(folder: Path) -> int:
     """Makes the environment in a folder, or says in a few lines why it cannot."""
-    if sys.version_info < OLDEST:
-        found = ".".join(map(str, sys.version_info[:3]))
-        wanted = ".".join(map(str, OLDEST))
-        print(f"error: kinegen needs Python {wanted} or newer, {sys.executable} is {found}", file=sys.stderr)
-        print("  Name another one:  make PYTHON=/path/to/python3.11", file=sys.stderr)
-        return 1
     if is_usable(folder):
         return 0
 
@@ -56,8 +48,8 @@ def main(folder: Path) -> int:
 
 
 def is_usable(folder: Path) -> bool:
-    """Tells whether a folder holds an environment with a new enough Python and with pip."""
-    probe = f"import sys, pip; sys.exit(sys.version_info < {OLDEST})"
+    """Tells whether a folder holds an environment with pip and with a new enough Python."""
+    probe = "import sys, pip; sys.exit(sys.version_info < (3, 11))"
     python = folder / "bin" / "python"
     return python.exists() and subprocess.run([python, "-c", probe], capture_output=True, check=False).returncode == 0
 
