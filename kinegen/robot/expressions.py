@@ -21,6 +21,8 @@ MAX_LENGTH = 500
 MAX_DEPTH = 40
 MAX_EXPONENT = 64
 MAX_DIGITS = 60
+MAX_BITS = 4000
+"""Bits of the numerator or denominator of a power of a number."""
 _SPELLING = re.compile(r"[A-Za-z0-9_+\-*/().,\s]*\Z")
 _WORD = re.compile(r"(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)")
 
@@ -94,7 +96,7 @@ def add(*terms: Expression) -> Expression:
     """Add terms, folding the numbers among them into one that stands last."""
     flat = [part for term in terms for part in (term.terms if isinstance(term, Sum) else (term,))]
     constant = sum((part.value for part in flat if isinstance(part, Number)), Fraction(0))
-    others = [part for part in flat if not isinstance(part, Number)]
+    others: list[Expression] = [part for part in flat if not isinstance(part, Number)]
     if constant or not others:
         others.append(Number(constant))
     return others[0] if len(others) == 1 else Sum(tuple(others))
@@ -107,7 +109,7 @@ def multiply(*factors: Expression) -> Expression:
     for part in flat:
         if isinstance(part, Number):
             constant *= part.value
-    others = [part for part in flat if not isinstance(part, Number)]
+    others: list[Expression] = [part for part in flat if not isinstance(part, Number)]
     if constant == 0:
         return ZERO
     if PI in others and Power(PI, -1) in others:
@@ -140,11 +142,15 @@ def power(base: Expression, exponent: int) -> Expression:
     if isinstance(base, Number):
         if base.value == 0 and exponent < 0:
             raise ExpressionError("division by zero")
-        if abs(exponent) * len(str(base.value)) > 20 * MAX_DIGITS:
+        # Bits, not digits: Python refuses to print an integer of more than 4300 digits.
+        bits = max(base.value.numerator.bit_length(), base.value.denominator.bit_length())
+        if abs(exponent) * bits > MAX_BITS:
             raise ExpressionError("the number is too long")
         return Number(base.value**exponent)
     if isinstance(base, Product):
         return multiply(*(power(factor, exponent) for factor in base.factors))
+    if isinstance(base, Power):
+        return power(base.base, base.exponent * exponent)
     return Power(base, exponent)
 
 
@@ -162,6 +168,30 @@ def names(expression: Expression) -> tuple[str, ...]:
         case _:
             found = ()
     return tuple(dict.fromkeys(found))
+
+
+def largest_number(expression: Expression) -> int:
+    """The largest numerator or denominator, without its sign, that an expression holds."""
+    match expression:
+        case Number(value):
+            return max(abs(value.numerator), value.denominator)
+        case Sum(parts) | Product(parts):
+            return max(largest_number(part) for part in parts)
+        case Power(inner, _) | Call(_, inner):
+            return largest_number(inner)
+        case _:
+            return 1
+
+
+def size(expression: Expression) -> int:
+    """The number of nodes of an expression."""
+    match expression:
+        case Sum(parts) | Product(parts):
+            return 1 + sum(size(part) for part in parts)
+        case Power(inner, _) | Call(_, inner):
+            return 1 + size(inner)
+        case _:
+            return 1
 
 
 def substitute(expression: Expression, values: Mapping[str, Expression], pi: Expression = PI) -> Expression:
@@ -308,6 +338,12 @@ def parse(text: str) -> Expression:
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise ExpressionError(f"'{text.strip()}' is not an expression") from None
     return _convert(tree.body, exact, 0)
+
+
+def text_names(text: str) -> tuple[str, ...]:
+    """The names in the text of an expression, each once, also those that fold away, as in `0*q`."""
+    words = (match["name"] for match in _WORD.finditer(text))
+    return tuple(dict.fromkeys(word for word in words if word and word != "pi" and word not in FUNCTIONS))
 
 
 def _depth(text: str) -> int:

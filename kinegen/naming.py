@@ -1,0 +1,163 @@
+"""Every identifier and file name that kinegen makes, the words they may not be, and text that comments can hold.
+
+A name that cannot be used is an error that quotes it, never renamed in silence. The one exception is Python's own
+keywords, which are good names in C and in a robot file: `python_identifier` gives them a trailing underscore.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+import sys
+from collections.abc import Sequence
+from fractions import Fraction
+
+from kinegen.errors import KinegenError
+
+MAX_NAME = 40
+_SHAPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+_SHOWN = 60
+
+FORMAT_WORDS = frozenset({"base", "tool", "q", "pi", "sqrt"})
+"""Words with a meaning in the robot file."""
+
+C_WORDS = frozenset(
+    """auto break case char const continue default do double else enum extern float for goto if inline int long
+    register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+    asm fortran typeof typeof_unqual""".split()
+)
+"""Keywords of C99 and C11 in lower case, and those that compilers add; the others begin with an underscore."""
+
+C_MACROS = frozenset(
+    """EOF INFINITY NAN NULL assert errno linux offsetof stderr stdin stdout thread_local unix
+    noreturn static_assert alignas alignof complex imaginary""".split()
+)
+"""Words that standard headers or gcc's GNU mode define as macros."""
+
+CPP_WORDS = frozenset(
+    """alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t char8_t class co_await co_return
+    co_yield compl concept consteval constexpr constinit const_cast decltype delete dynamic_cast explicit export false
+    friend mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public
+    reinterpret_cast requires static_assert static_cast template this thread_local throw true try typeid typename
+    using virtual wchar_t xor xor_eq""".split()
+)
+"""Keywords of C++ that C99 does not have."""
+
+DEVICE_NAMES = frozenset({"aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))})
+"""File names that Windows keeps for itself."""
+
+MODULE_NAMES = frozenset({"cffi", "kinegen", "mpmath", "numpy", "pytest", "scipy", "setuptools", "sympy", "test"})
+"""Modules, besides the standard library, that a generated package of the same name would hide."""
+
+
+def check_name(kind: str, name: str) -> None:
+    """Refuse a name that cannot become an identifier in every output.
+
+    Args:
+        kind: `robot`, `parameter`, `joint` or `frame`.
+        name: As the user wrote it.
+
+    Raises:
+        KinegenError: Without a place; the message quotes the name and says what is wrong.
+    """
+    shown = name if len(name) <= _SHOWN else name[: _SHOWN - 3] + "..."
+    reason = _shape_defect(name) or _word_defect(name) or (_robot_defect(name) if kind == "robot" else "")
+    if reason:
+        raise KinegenError(f"{kind} name {shown!a} {reason}")
+
+
+def _shape_defect(name: str) -> str:
+    if _SHAPE.match(name) is None:
+        return "is not an identifier (a letter, then letters, digits and underscores)"
+    if len(name) > MAX_NAME:
+        return f"has {len(name)} characters (at most {MAX_NAME})"
+    if "__" in name or name.endswith("_"):
+        return "has an underscore at the end or two in a row, which C and C++ keep for themselves"
+    return ""
+
+
+def _word_defect(name: str) -> str:
+    if name in FORMAT_WORDS:
+        return "is a word of the robot file itself"
+    if name in C_WORDS:
+        return "is a C keyword"
+    if name in CPP_WORDS:
+        return "is a C++ keyword"
+    if name in C_MACROS:
+        return "is a macro of the C library or compiler"
+    return ""
+
+
+def _robot_defect(name: str) -> str:
+    if keyword.iskeyword(name):
+        return "is a Python keyword"
+    if name in sys.stdlib_module_names or name in MODULE_NAMES:
+        return "would hide the Python module of that name"
+    if name.lower() in DEVICE_NAMES:
+        return "is a device name on Windows, so no folder can have it"
+    return ""
+
+
+def python_identifier(name: str) -> str:
+    """The name of a parameter or joint in Python, `lambda_` for `lambda`."""
+    return f"{name}_" if keyword.iskeyword(name) else name
+
+
+def prefix(robot: str, real: str) -> str:
+    """What the C names and files of one number type begin with: `puma560` or `puma560_f32`."""
+    return robot if real == "double" else f"{robot}_f32"
+
+
+def function(robot: str, output: str, real: str = "double", *, batch: bool = False) -> str:
+    """The C function of one output: `puma560_fk`, `puma560_f32_frames_batch`."""
+    return f"{prefix(robot, real)}_{output}{'_batch' if batch else ''}"
+
+
+def macro(robot: str, suffix: str) -> str:
+    """A macro of the robot's header: `PUMA560_DOF`."""
+    return f"{robot}_{suffix}".upper()
+
+
+def c_file(robot: str, extension: str, real: str = "double", *, batch: bool = False) -> str:
+    """The C file of one number type: `puma560.h`, `puma560_f32_batch.c`."""
+    return f"{prefix(robot, real)}{'_batch' if batch else ''}.{extension}"
+
+
+def guard(file_name: str) -> str:
+    """The include guard of a header: `KINEGEN_PUMA560_H_INCLUDED` for `puma560.h`."""
+    return f"KINEGEN_{file_name.replace('.', '_').upper()}_INCLUDED"
+
+
+def angle_label(terms: Sequence[tuple[Fraction, int]], dof: int) -> str | None:
+    """The label of a sum of joint angles, as in `c23`.
+
+    Args:
+        terms: Coefficient and joint number, counted from 1, of each term.
+        dof: Number of joints of the robot; from ten on, terms are joined by an underscore.
+
+    Returns:
+        `23` for q2 + q3, `2m3` for q2 - q3, with ten joints `2_3` and `2_m3`; None unless every coefficient is 1 or
+        -1 and every joint stands once.
+    """
+    joints = [joint for _, joint in terms]
+    if not terms or len(set(joints)) < len(joints) or any(abs(coefficient) != 1 for coefficient, _ in terms):
+        return None
+    ascending = sorted((joint, coefficient) for coefficient, joint in terms)
+    labels = [f"{'m' if coefficient < 0 else ''}{joint}" for joint, coefficient in ascending]
+    return ("_" if dof >= 10 else "").join(labels)
+
+
+def comment_text(text: str) -> str:
+    """Text made harmless inside a C comment of either kind.
+
+    The comment can neither be closed, nor another be opened (gcc warns), nor a line be continued, by a backslash or
+    by the trigraph that means one.
+    """
+    spaced = text.replace("*/", "* /").replace("/*", "/ *").replace("??/", "?? /")
+    return " ".join(spaced.split()).rstrip("\\ ")
+
+
+def docstring_text(text: str) -> str:
+    """Text made harmless inside a Python docstring in triple double quotes."""
+    escaped = text.replace("\\", "\\\\")
+    return re.sub(r'"(?="|$)', r"\"", escaped)

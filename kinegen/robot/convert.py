@@ -1,0 +1,111 @@
+"""Raw rows and frames -> the records of the model, in radians and the file's length unit, with every value checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+
+from kinegen.robot.expressions import Expression, substitute
+from kinegen.robot.fields import fail, within
+from kinegen.robot.model import Dimension, Frame, JointType, JointVariable, Parameter, Row, Step
+from kinegen.robot.motion import MOVING
+from kinegen.robot.slots import OWN, RawFrame, RawRow, RawStep, Slot
+from kinegen.robot.units import join, split
+from kinegen.robot.values import checked_value, is_zero
+
+
+@dataclass(frozen=True, slots=True)
+class Converter:
+    """Everything that the conversion of a slot depends on.
+
+    Attributes:
+        types: Type of each joint.
+        parameters: Closed parameters, by name.
+        values: Their values.
+        degrees: Whether the angles of the file count in degrees.
+    """
+
+    types: Mapping[str, JointType]
+    parameters: Mapping[str, Parameter]
+    values: Mapping[str, Decimal]
+    degrees: bool
+
+    def slot(self, slot: Slot, joint: str | None = None) -> Expression:
+        """Convert one slot.
+
+        Args:
+            slot: The slot, whose names are known to exist.
+            joint: Name of its row, which `q` stands for.
+        """
+        angles = frozenset(name for name, known in self.parameters.items() if known.dimension is Dimension.ANGLE)
+        with within(slot.label, slot.line):
+            factors, offset = split(slot, self.types, angles, degrees=self.degrees)
+            checked_value(offset, self.values)
+            for word in slot.words:
+                name = joint if word == OWN else word
+                if name not in self.types:
+                    continue
+                if name not in factors or is_zero(checked_value(factors[name], self.values)):
+                    fail(f"'{word}' is multiplied by zero")
+        return join(factors, offset)
+
+    def row(self, raw: RawRow) -> Row:
+        """Convert one row of the table."""
+        with within(raw.where, raw.line):
+            entries = {slot.label: self.slot(slot, raw.name) for slot in raw.entries}
+            steps = tuple(Step(step.kind, self.slot(step.slot, raw.name)) for step in raw.steps)
+        kind = self.types[raw.name]
+        return Row(
+            name=raw.name,
+            number=raw.number,
+            parent=raw.parent,
+            convention=raw.convention,
+            alpha=entries.get("alpha"),
+            a=entries.get("a"),
+            d=entries.get("d"),
+            theta=entries.get("theta"),
+            beta=entries.get("beta"),
+            steps=steps,
+            type=kind,
+            variable=raw.name if kind in MOVING else None,
+            line=raw.line,
+        )
+
+    def variables(self, rows: tuple[RawRow, ...]) -> tuple[JointVariable, ...]:
+        """The joint vector."""
+        moving = [row for row in rows if self.types[row.name] in MOVING]
+        return tuple(
+            JointVariable(row.name, index, self.types[row.name], self._limits(row), row.line)
+            for index, row in enumerate(moving)
+        )
+
+    def _limits(self, row: RawRow) -> tuple[Expression, Expression] | None:
+        if row.limits is None:
+            return None
+        with within(row.where, row.line):
+            low, high = (self._closed(slot) for slot in row.limits)
+            with within("limits", row.limits[0].line):
+                if is_zero(checked_value(low, {}) - checked_value(high, {})):
+                    fail("the two are equal; a joint that cannot move is a fixed row")
+                if checked_value(low, {}) > checked_value(high, {}):
+                    fail("they stand the wrong way round; the lower one comes first")
+        return low, high
+
+    def _closed(self, slot: Slot) -> Expression:
+        for name in slot.words:
+            if self.parameters[name].runtime:
+                fail(f"limits: '{name}' is set at run time, but limits are constant", slot.line)
+        return substitute(self.slot(slot), {name: self.parameters[name].value for name in slot.words})
+
+    def frame(self, raw: RawFrame) -> Frame:
+        """Convert one named frame."""
+        return Frame(raw.name, raw.parent, self.steps(raw), raw.line)
+
+    def steps(self, raw: RawFrame) -> tuple[Step, ...]:
+        """Convert the steps of base, tool or a named frame."""
+        with within(raw.where, raw.line):
+            return tuple(self._step(step) for step in raw.steps)
+
+    def _step(self, raw: RawStep) -> Step:
+        return Step(raw.kind, self.slot(raw.slot))

@@ -1,0 +1,137 @@
+"""What each parameter measures, given or found from its uses.
+
+A name in a product with a joint variable, or in a divisor, is a number; a name that is added in an angle slot is an
+angle, in a length slot a length. A product of several names is settled by those that are known from elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from kinegen.robot.expressions import PI, Expression, Name, Power, Product, Sum, linear, names
+from kinegen.robot.fields import fail, within
+from kinegen.robot.model import Dimension
+from kinegen.robot.parameters import RawParameter
+from kinegen.robot.slots import Slot
+
+
+def find_dimensions(
+    parameters: tuple[RawParameter, ...], slots: Iterable[tuple[str, Slot]], joints: frozenset[str]
+) -> dict[str, Dimension]:
+    """Find the dimension of every parameter.
+
+    Args:
+        parameters: In the order of the file; a value names earlier ones only.
+        slots: Every slot of rows and frames, with the name of its row or frame.
+        joints: The names of the joint variables.
+
+    Raises:
+        RobotFileError: If a parameter is unused, or its uses contradict each other or what is declared.
+    """
+    uses = _Uses({parameter.name: parameter.declared for parameter in parameters})
+    used: set[str] = set()
+    for where, slot in slots:
+        used.update(slot.words)
+        with within(f"{where}: {slot.label}", slot.line):
+            factors, offset = linear(slot.expression, joints)
+            for factor in factors.values():
+                uses.note_all(factor, Dimension.NUMBER, slot.line)
+            uses.visit(offset, slot.dimension, slot.line)
+    uses.settle()
+    # From the last to the first, since a value names earlier parameters only.
+    found: dict[str, Dimension] = {}
+    for parameter in reversed(parameters):
+        with within(parameter.where, parameter.line):
+            if parameter.name not in used:
+                fail("it is not used anywhere")
+            found[parameter.name] = dimension = uses.decide(parameter.name)
+            used.update(parameter.slot.words)
+            uses.visit(parameter.slot.expression, dimension, parameter.slot.line)
+            uses.settle()
+    return found
+
+
+class _Uses:
+    """The uses of each parameter, gathered slot by slot."""
+
+    def __init__(self, declared: Mapping[str, Dimension | None]) -> None:
+        self._declared = declared
+        self._lines: dict[str, dict[Dimension, int]] = {name: {} for name in declared}
+        self._open: list[tuple[list[Expression], Dimension, int]] = []
+
+    def note_all(self, expression: Expression, dimension: Dimension, line: int) -> None:
+        """Every name in an expression is used in one way."""
+        for name in names(expression):
+            self._lines[name].setdefault(dimension, line)
+
+    def visit(self, expression: Expression, dimension: Dimension, line: int) -> None:
+        """A constant expression stands where a dimension is wanted."""
+        match expression:
+            case Name():
+                self.note_all(expression, dimension, line)
+            case Sum(terms):
+                for term in terms:
+                    self.visit(term, dimension, line)
+            case Product(factors):
+                self._visit_product(factors, dimension, line)
+            case _:
+                # A power or a root of an angle is no angle; that of a length may be one, as in sqrt(a*a + b*b).
+                divisor = isinstance(expression, Power) and expression.exponent < 0
+                keep = dimension is Dimension.LENGTH and not divisor
+                self.note_all(expression, Dimension.LENGTH if keep else Dimension.NUMBER, line)
+
+    def _visit_product(self, factors: tuple[Expression, ...], dimension: Dimension, line: int) -> None:
+        named = [factor for factor in factors if names(factor)]
+        divisors = [factor for factor in named if isinstance(factor, Power) and factor.exponent < 0]
+        for divisor in divisors:
+            self.note_all(divisor, Dimension.NUMBER, line)
+        candidates = [factor for factor in named if factor not in divisors]
+        if dimension is Dimension.NUMBER or (dimension is Dimension.ANGLE and PI in factors):
+            for factor in candidates:
+                self.note_all(factor, Dimension.NUMBER, line)
+        elif len(candidates) == 1:
+            self.visit(candidates[0], dimension, line)
+        elif candidates:
+            self._open.append((candidates, dimension, line))
+
+    def settle(self) -> None:
+        """Decide which factor of each product of several names has the dimension of the slot."""
+        while self._open:
+            candidates, dimension, line = self._open.pop(0)
+            known = {name: self._known(name) for factor in candidates for name in names(factor)}
+            fitting = [f for f in candidates if any(dimension in known[name] for name in names(f))]
+            unknown = [f for f in candidates if not any(known[name] for name in names(f))]
+            if not fitting and len(unknown) > 1 and dimension is Dimension.ANGLE:
+                words = " or ".join(f"'{name}'" for factor in unknown for name in names(factor))
+                fail(f"cannot tell which is the angle, {words}; give the parameters a dimension", line)
+            chosen = (fitting or unknown)[-1:]
+            for factor in candidates:
+                if factor in chosen:
+                    self.visit(factor, dimension, line)
+                elif factor in unknown:
+                    self.note_all(factor, Dimension.NUMBER, line)
+
+    def _known(self, name: str) -> frozenset[Dimension]:
+        declared = self._declared[name]
+        return frozenset({declared} if declared is not None else self._lines[name])
+
+    def decide(self, name: str) -> Dimension:
+        """The dimension of one parameter, once every use of it is known."""
+        lines, declared = self._lines[name], self._declared[name]
+        if declared is not None:
+            for other in {Dimension.LENGTH, Dimension.ANGLE} - {declared, Dimension.NUMBER}:
+                if declared is not Dimension.NUMBER and other in lines:
+                    fail(f"it is declared {_article(declared)}, but line {lines[other]} uses it as {_article(other)}")
+            return declared
+        others = [dimension for dimension in lines if dimension is not Dimension.ANGLE]
+        if Dimension.ANGLE in lines and others:
+            angle, another = (f"{_article(use)} on line {lines[use]}" for use in (Dimension.ANGLE, others[0]))
+            fail(f"it is used as {angle} and as {another}; give it a dimension, as in {{value: ..., dimension: angle}}")
+        for dimension in (Dimension.ANGLE, Dimension.LENGTH):
+            if dimension in lines:
+                return dimension
+        return Dimension.NUMBER
+
+
+def _article(dimension: Dimension) -> str:
+    return f"an {dimension}" if dimension is Dimension.ANGLE else f"a {dimension}"

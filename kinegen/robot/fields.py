@@ -1,0 +1,59 @@
+"""Messages about robot files: how a defect is raised, how a stranger's words are quoted, what was probably meant."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import NoReturn
+
+from kinegen.errors import KinegenError, RobotFileError
+from kinegen.naming import check_name
+from kinegen.robot.expressions import ExpressionError
+
+MAX_QUOTE = 40
+MAX_MESSAGE = 500
+
+
+def fail(message: str, line: int | None = None) -> NoReturn:
+    """Raise a defect; the file is filled in as the error rises."""
+    raise RobotFileError(message, None, line)
+
+
+@contextmanager
+def within(where: str, line: int) -> Iterator[None]:
+    """Put `where` in front of the message of every defect raised inside, and a line on those that have none."""
+    try:
+        yield
+    except KinegenError as error:
+        raise RobotFileError(f"{where}: {error.message}", None, error.line or line) from None
+    except ExpressionError as error:
+        raise RobotFileError(f"{where}: {error}", None, line) from None
+
+
+def accept_name(kind: str, name: str, line: int) -> None:
+    """Refuse a name that no output can use (see `kinegen.naming.check_name`)."""
+    try:
+        check_name(kind, name)
+    except KinegenError as error:
+        fail(error.message, line)
+
+
+def printable(text: str) -> str:
+    """Text that is safe on a terminal: one line, of bounded length, other characters escaped."""
+    safe = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return safe if len(safe) <= MAX_MESSAGE else safe[: MAX_MESSAGE - 3] + "..."
+
+
+def quote(text: str) -> str:
+    """A stranger's word in quotation marks, cut if it is long."""
+    cut = text if len(text) <= MAX_QUOTE else text[: MAX_QUOTE - 3] + "..."
+    return f"'{printable(cut)}'"
+
+
+def expected(word: str, options: Iterable[str]) -> str:
+    """`(expected a, b, c; did you mean b?)` for a word that is none of the options."""
+    known = list(options)
+    near = difflib.get_close_matches(word[:MAX_QUOTE], known, n=1)
+    shown = known if len(known) <= 16 else [*known[:15], "..."]
+    return f"(expected {', '.join(shown)}{f'; did you mean {near[0]}?' if near else ''})"

@@ -1,0 +1,133 @@
+"""`base`, `tool` and `frames` -> raw frames: fixed transforms, with every parent known and no circle."""
+
+from __future__ import annotations
+
+from kinegen.robot import keys
+from kinegen.robot.expressions import ZERO
+from kinegen.robot.fields import accept_name, expected, fail, quote, within
+from kinegen.robot.model import BASE, TOOL, WRIST, Dimension, StepKind
+from kinegen.robot.nodes import items, mapping, named, word
+from kinegen.robot.slots import RawFrame, RawRow, RawStep, read_slot, read_steps
+from kinegen.robot.yaml_tree import Node
+
+_ENTRIES = "entries such as {xyz: [0, 0, 0.1], rpy: [0, 0, 90]}"
+
+
+def read_fixed(node: Node | None, name: str) -> RawFrame:
+    """Read `base` or `tool`; without it nothing lies between the two frames.
+
+    Args:
+        node: The value, if the file has one.
+        name: `BASE` or `TOOL`.
+    """
+    if node is None:
+        return RawFrame(name, name, "", (), 0)
+    with within(name, node.line):
+        fields = mapping(node, keys.TRANSFORM, _ENTRIES)
+        return RawFrame(name, name, "", _transform(fields), node.line)
+
+
+def read_frames(node: Node | None, rows: tuple[RawRow, ...], *, tree: bool) -> tuple[RawFrame, ...]:
+    """Read the named frames.
+
+    Args:
+        node: The value of `frames`, if the file has one.
+        rows: The table, whose names are frames too.
+        tree: Whether the robot has more than one tip, so that tool and wrist mean nothing.
+
+    Returns:
+        The frames, a parent before its children, otherwise in the order of the file.
+    """
+    if node is None:
+        return ()
+    with within("frames", node.line):
+        entries = named(node, "entries such as station: {parent: base, xyz: [1, 0, 0]}", keys.MAX_FRAMES)
+    frames: dict[str, RawFrame] = {}
+    for key, value in entries:
+        accept_name("frame", key.text, key.line)
+        with within(f"frame {quote(key.text)}", key.line):
+            _refuse_clash(key.text, rows, frames)
+            fields = mapping(value, keys.FRAME, "entries such as {parent: base, xyz: [1, 0, 0]}")
+            if "parent" not in fields:
+                fail("key 'parent' is missing (a row, base, tool, wrist or another frame)", value.line)
+            parent = word(fields["parent"], "the name of a frame")
+            line = fields["parent"].line
+            frames[key.text] = RawFrame(f"frame '{key.text}'", key.text, parent, _transform(fields), line)
+    for frame in frames.values():
+        with within(frame.where, frame.line):
+            _check_parent(frame, rows, frames, tree=tree)
+    return _parents_first(frames)
+
+
+def _refuse_clash(name: str, rows: tuple[RawRow, ...], frames: dict[str, RawFrame]) -> None:
+    if name.lower() in (BASE, TOOL, WRIST):
+        fail(f"{quote(name.lower())} is a frame of every robot; choose another name")
+    for row in rows:
+        if row.name.upper() == name.upper():
+            fail(f"a joint has this name already (line {row.line}), apart from upper and lower case")
+    for frame in frames.values():
+        if frame.name.upper() == name.upper():
+            fail(f"differs from frame '{frame.name}' in upper and lower case only, which macros lose")
+
+
+def _transform(fields: dict[str, Node]) -> tuple[RawStep, ...]:
+    """From the parent to the frame: `T(xyz) Rz(yaw) Ry(pitch) Rx(roll)`, or the steps as written."""
+    if "ets" in fields:
+        for key in ("xyz", "rpy"):
+            if key in fields:
+                fail(f"{key} and ets exclude each other", fields[key].line)
+        return read_steps(fields["ets"])
+    shift = _triple(fields.get("xyz"), "xyz", Dimension.LENGTH)
+    roll, pitch, yaw = _triple(fields.get("rpy"), "rpy", Dimension.ANGLE) or (None, None, None)
+    return tuple(step for step in (*shift, yaw, pitch, roll) if step is not None and step.slot.expression != ZERO)
+
+
+def _triple(node: Node | None, key: str, dimension: Dimension) -> tuple[RawStep, ...]:
+    """Three steps, about or along x, y and z."""
+    if node is None:
+        return ()
+    with within(key, node.line):
+        parts = items(node, "three values", 3)
+    letter = "R" if dimension is Dimension.ANGLE else "T"
+    slots = [read_slot(part, f"{key}[{i}]", dimension) for i, part in enumerate(parts)]
+    return tuple(RawStep(StepKind(letter + axis), slot) for axis, slot in zip("xyz", slots, strict=True))
+
+
+def _check_parent(frame: RawFrame, rows: tuple[RawRow, ...], frames: dict[str, RawFrame], *, tree: bool) -> None:
+    names = [row.name for row in rows]
+    if frame.parent == frame.name:
+        fail("a frame cannot be its own parent")
+    if frame.parent == BASE or frame.parent in names or frame.parent in frames:
+        return
+    if frame.parent in (TOOL, WRIST):
+        if tree:
+            fail(f"a robot with several tips has no {frame.parent}; name a row")
+        if frame.parent == WRIST and not rows:
+            fail("there is no wrist, as the table has no rows")
+        return
+    known = [BASE, *(() if tree else (TOOL, WRIST)), *names, *(name for name in frames if name != frame.name)]
+    fail(f"there is no frame {quote(frame.parent)} {expected(frame.parent, known)}")
+
+
+def _parents_first(frames: dict[str, RawFrame]) -> tuple[RawFrame, ...]:
+    done: dict[str, RawFrame] = {}
+    waiting = dict(frames)
+    while waiting:
+        ready = [frame for frame in waiting.values() if frame.parent not in waiting]
+        if not ready:
+            first = next(iter(waiting.values()))
+            circle = ", ".join(quote(name) for name in _circle(first.name, waiting))
+            fail(f"frames {circle} stand on one another in a circle", first.line)
+        for frame in ready:
+            done[frame.name] = frame
+            del waiting[frame.name]
+    return tuple(done.values())
+
+
+def _circle(name: str, frames: dict[str, RawFrame]) -> list[str]:
+    """The frames of the circle that the parents of one frame lead into."""
+    path: list[str] = []
+    while name not in path:
+        path.append(name)
+        name = frames[name].parent
+    return path[path.index(name) :]

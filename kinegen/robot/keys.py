@@ -1,0 +1,93 @@
+"""The words of the robot file: every key with its meaning, and which keys go together.
+
+The loader and the published schema both read these tables, so that neither can know a key that the other does not.
+"""
+
+from __future__ import annotations
+
+from kinegen.robot.model import Convention, Dimension, JointType
+
+VERSION = "1"
+MAX_ROWS = 64
+MAX_PARAMETERS = 200
+MAX_FRAMES = 200
+MAX_STEPS = 64
+MAX_DESCRIPTION = 500
+
+LENGTH_UNITS = ("m", "cm", "mm", "in")
+ANGLE_UNITS = ("deg", "rad")
+BOOLEANS = ("true", "false")
+DIMENSIONS = tuple(str(dimension) for dimension in Dimension)
+JOINT_TYPES = tuple(str(kind) for kind in JointType)
+TABLE_CONVENTIONS = tuple(str(convention) for convention in Convention if convention is not Convention.ETS)
+
+TOP = {
+    "kinegen": "Version of this format; always 1.",
+    "name": "Name of the robot: a C identifier that prefixes everything public.",
+    "description": "One line about the robot; it is repeated in headers and docstrings.",
+    "convention": "How a row of the table becomes a transform; never guessed.",
+    "units": "Length and angle units of this file; never guessed.",
+    "parameters": "Named constants that the entries below may use.",
+    "joints": "The table, one row for each joint, from the base to the tip.",
+    "base": "Fixed transform from the root frame to the frame before the first row.",
+    "tool": "Fixed transform from the last row to the tool frame.",
+    "frames": "Further named frames, each fixed to another one.",
+}
+TOP_REQUIRED = {
+    "kinegen": "kinegen: 1",
+    "name": "name: my_arm",
+    "convention": "convention: standard",
+    "units": "units: {length: m, angle: deg}",
+    "joints": "joints: [...]",
+}
+"""Each required key with an example to show when it is missing."""
+
+UNITS = {
+    "length": "Unit of a, d, translations and prismatic joints.",
+    "angle": "Unit of theta, alpha, beta, rotations and revolute limits.",
+}
+
+PARAMETER = {
+    "value": "An exact number or expression; it may use the parameters above.",
+    "runtime": "Whether the value stays an argument of the kernels.",
+    "dimension": "What it measures; needed only where its use leaves that open.",
+}
+
+ENTRIES = {
+    "a": "Link length, along x.",
+    "alpha": "Twist, about x.",
+    "d": "Offset, along z; q stands here for a prismatic joint.",
+    "theta": "Angle, about z; q stands here for a revolute joint.",
+    "beta": "Second twist, about y, of nearly parallel axes (hayati rows only).",
+}
+ROW_ENTRIES: dict[Convention, tuple[str, ...]] = {
+    Convention.STANDARD: ("a", "alpha", "d", "theta"),
+    Convention.MODIFIED: ("a", "alpha", "d", "theta"),
+    Convention.MODIFIED_PREV_D: ("a", "alpha", "d", "theta"),
+    Convention.HAYATI: ("a", "alpha", "theta", "beta"),
+    Convention.ETS: (),
+}
+"""The entries that a row of each convention must have."""
+
+ANGLE_ENTRIES = frozenset({"alpha", "theta", "beta"})
+MOVING_ENTRIES = frozenset({"theta", "d"})
+"""The entries in which a joint variable may stand; both turn about or move along z."""
+
+ROW_COMMON = {
+    "name": "Name of the joint and of the frame that the row reaches.",
+    "ets": "Elementary transforms in order, such as [Rz(q), Tx(l1), Ry(-90)], instead of a table row.",
+    "parent": "Name of an earlier row, or base; without it the row follows the one above.",
+    "limits": "Lower and upper bound of the joint's own variable q.",
+    "type": "Checked against what the row says, if given.",
+    "convention": "Convention of this row, where it differs from the file's.",
+}
+ROW = ENTRIES | ROW_COMMON
+
+TRANSFORM = {
+    "xyz": "Translation along x, y and z.",
+    "rpy": "Roll, pitch and yaw about the fixed axes x, y and z, turned in this order.",
+    "ets": "Elementary transforms in order, instead of xyz and rpy.",
+}
+FRAME = {"parent": "A row, base, tool, wrist or another frame."} | TRANSFORM
+
+STEPS = ("Rx", "Ry", "Rz", "Tx", "Ty", "Tz")

@@ -1,0 +1,112 @@
+"""What moves: which joint variables stand in which row, and what that makes of each joint.
+
+In: raw rows. Out: the type of every joint. A variable may stand only in theta and d of a table row, or in the steps of
+an elementary sequence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from kinegen.robot.fields import expected, fail, quote, within
+from kinegen.robot.model import Dimension, JointType
+from kinegen.robot.slots import OWN, RawRow, Slot
+
+MOVING = frozenset({JointType.REVOLUTE, JointType.PRISMATIC, JointType.SCREW})
+"""The types that have a variable of their own."""
+
+
+def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
+    """Find the type of every joint from where its variable stands.
+
+    Raises:
+        RobotFileError: If a variable stands where none may, or `type:` says something else.
+    """
+    joints = frozenset(row.name for row in rows)
+    types: dict[str, JointType] = {}
+    for row in rows:
+        with within(row.where, row.line):
+            types[row.name] = kind = _joint_type(row, joints)
+            if row.declared not in (None, str(kind)):
+                fail(f"type is {row.declared}, but {_reason(row, kind)}")
+            if row.limits and kind not in MOVING:
+                fail(f"limits belong to a variable of its own, and the row is {kind}", row.limits[0].line)
+    return types
+
+
+def with_limits(rows: tuple[RawRow, ...], types: Mapping[str, JointType]) -> tuple[RawRow, ...]:
+    """Give the limits the dimension of their variable: lengths for a prismatic joint, angles for the others."""
+    return tuple(_with_limits(row, types[row.name]) for row in rows)
+
+
+def _with_limits(row: RawRow, kind: JointType) -> RawRow:
+    if row.limits is None:
+        return row
+    dimension = Dimension.LENGTH if kind is JointType.PRISMATIC else Dimension.ANGLE
+    lower, upper = row.limits
+    return replace(row, limits=(replace(lower, dimension=dimension), replace(upper, dimension=dimension)))
+
+
+def check_names(slot: Slot, parameters: Collection[str], types: Mapping[str, JointType]) -> None:
+    """Refuse a name that nothing defines, or that has no value where the slot stands.
+
+    Args:
+        slot: Any slot.
+        parameters: Names of the parameters.
+        types: Type of each joint.
+    """
+    own = (OWN,) if slot.axis is not None else ()
+    moving = [name for name, kind in types.items() if kind in MOVING] if slot.axis is not None else []
+    for name in slot.words:
+        if name in parameters or name in own:
+            continue
+        with within(slot.label, slot.line):
+            if name in types:
+                _refuse_joint(slot, name, types[name])
+            elif name == OWN:
+                fail("q stands for the variable of a row and has no meaning here")
+            else:
+                fail(f"undefined name {quote(name)} {expected(name, [*own, *parameters, *moving])}")
+
+
+def _refuse_joint(slot: Slot, name: str, kind: JointType) -> None:
+    if slot.axis is None:
+        fail(f"joint variable '{name}' cannot stand here; this entry is constant")
+    if kind not in MOVING:
+        fail(f"joint '{name}' has no variable of its own (it is {kind})")
+
+
+def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:
+    own = [slot for slot in row.slots if OWN in slot.words]
+    for slot in row.slots:
+        if row.name in slot.words:
+            fail(f"{slot.label}: the joint's own variable is written q, not '{row.name}'", slot.line)
+    for slot in own:
+        if slot.axis is None:
+            fail(f"{slot.label}: q cannot stand here (only in theta, d or an ets step)", slot.line)
+    if not own:
+        follows = any(joints.intersection(slot.words) for slot in row.slots)
+        return JointType.FOLLOWER if follows else JointType.FIXED
+    if len(own) == 1:
+        return JointType.REVOLUTE if own[0].dimension is Dimension.ANGLE else JointType.PRISMATIC
+    if not _is_screw(row, own):
+        places = " and ".join(slot.label for slot in own[:4])
+        fail(f"q stands in {places}; only a screw has it twice, in a turn and a shift along one axis", own[1].line)
+    return JointType.SCREW
+
+
+def _is_screw(row: RawRow, own: list[Slot]) -> bool:
+    if len(own) != 2 or own[0].dimension is own[1].dimension or own[0].axis != own[1].axis:
+        return False
+    # A turn about another axis between the two would tilt one against the other.
+    first, last = (row.slots.index(slot) for slot in own)
+    between = row.slots[first:last] if row.steps else ()
+    return all(slot.dimension is Dimension.LENGTH or slot.axis == own[0].axis for slot in between)
+
+
+def _reason(row: RawRow, kind: JointType) -> str:
+    places = [slot.label for slot in row.slots if OWN in slot.words]
+    if places:
+        return f"q stands in {' and '.join(places)}, so the joint is {kind}"
+    return f"no q stands in the row, so the joint is {kind}"

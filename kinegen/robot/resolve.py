@@ -1,0 +1,54 @@
+"""`RawRobot` -> `Robot`: names looked up, joint types and dimensions found, everything in exact radians."""
+
+from __future__ import annotations
+
+from kinegen.robot.convert import Converter
+from kinegen.robot.dimensions import find_dimensions
+from kinegen.robot.fields import within
+from kinegen.robot.model import Robot
+from kinegen.robot.motion import check_names, joint_types, with_limits
+from kinegen.robot.parameters import close_parameters
+from kinegen.robot.read import RawRobot
+from kinegen.robot.slots import all_slots
+from kinegen.robot.values import checked_value
+
+
+def resolve(raw: RawRobot, source: str) -> Robot:
+    """Make the model of what a file says.
+
+    Args:
+        raw: The file as written.
+        source: Its base name.
+
+    Returns:
+        The robot, whose digest is still to be filled in.
+
+    Raises:
+        RobotFileError: At the first defect.
+    """
+    degrees = raw.units.angle == "deg"
+    types = joint_types(raw.rows)
+    rows = with_limits(raw.rows, types)
+    slots = tuple(all_slots(rows, (raw.base, raw.tool, *raw.frames)))
+    known = [parameter.name for parameter in raw.parameters]
+    for where, slot in slots:
+        with within(where, slot.line):
+            check_names(slot, known, types)
+    dimensions = find_dimensions(raw.parameters, slots, frozenset(types))
+    parameters = close_parameters(raw.parameters, dimensions, degrees=degrees)
+    values = {parameter.name: checked_value(parameter.value, {}) for parameter in parameters}
+    converter = Converter(types, {parameter.name: parameter for parameter in parameters}, values, degrees)
+    return Robot(
+        name=raw.name,
+        description=raw.description,
+        convention=raw.convention,
+        units=raw.units,
+        parameters=parameters,
+        variables=converter.variables(rows),
+        rows=tuple(converter.row(row) for row in rows),
+        base=converter.steps(raw.base),
+        tool=converter.steps(raw.tool),
+        frames=tuple(converter.frame(frame) for frame in raw.frames),
+        source=source,
+        digest="",
+    )

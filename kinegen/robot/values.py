@@ -1,0 +1,58 @@
+"""Values of closed expressions with 50 digits, to refuse what no robot can have: roots of negatives, huge numbers.
+
+Nothing computed here goes into a robot; the exact expressions do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Context, Decimal, DecimalException, localcontext
+from fractions import Fraction
+
+from kinegen.robot.expressions import Arithmetic, Expression, ExpressionError, evaluate
+
+MAX_VALUE = Decimal("1e12")
+"""Beyond this a length or angle is a slip of the pen, and single precision begins to overflow in products."""
+
+_ZERO = Decimal("1e-40")
+_CONTEXT = Context(prec=50)
+_PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
+
+
+def _number(value: Fraction) -> Decimal:
+    return Decimal(value.numerator) / Decimal(value.denominator)
+
+
+def _square_root(value: Decimal) -> Decimal:
+    if value < -_ZERO:
+        raise ExpressionError("the square root of a negative number")
+    return max(value, Decimal(0)).sqrt()
+
+
+_DECIMALS = Arithmetic(_number, _PI, {"sqrt": _square_root})
+
+
+def checked_value(expression: Expression, values: Mapping[str, Decimal]) -> Decimal:
+    """Evaluate an expression and see that it is a number of sensible size.
+
+    Args:
+        expression: Any expression.
+        values: A value for each name in it.
+
+    Raises:
+        ExpressionError: If it has no value or a huge one.
+    """
+    try:
+        with localcontext(_CONTEXT):
+            value = Decimal(evaluate(expression, values, _DECIMALS))
+            huge = abs(value) > MAX_VALUE
+    except DecimalException:
+        raise ExpressionError("it has no finite value (division by zero?)") from None
+    if huge:
+        raise ExpressionError(f"the value {value:.3g} is too large (at most {MAX_VALUE:.0e})")
+    return value
+
+
+def is_zero(value: Decimal) -> bool:
+    """Whether a value is zero, but for the rounding of its last digits."""
+    return abs(value) < _ZERO
