@@ -1,0 +1,1 @@
+"""C99 for firmware and for the compiled Python module."""

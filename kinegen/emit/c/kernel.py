@@ -1,0 +1,200 @@
+"""The scalar kernels: `puma560.h` and `puma560.c`, which firmware vendors as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinegen.emit.c.statements import CPrinter, uses_sincos
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, parameter_lines, provenance
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Program
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
+from kinegen.outputs import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """One kernel, printed.
+
+    Attributes:
+        name: C name.
+        brief: What it computes.
+        operations: What a call costs, in words.
+        prototype: Declaration without `restrict`, valid in C++.
+        definition: Head of the definition.
+        body: Statements.
+        stores: Assignments to the output.
+        output: Name of the output argument.
+        shape: What the output argument holds.
+        unused: Arguments that the body does not read.
+    """
+
+    name: str
+    brief: str
+    operations: str
+    prototype: str
+    definition: str
+    body: tuple[str, ...]
+    stores: tuple[str, ...]
+    output: str
+    shape: str
+    unused: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class KernelContext:
+    """What the templates `c/kernel.h.jinja` and `c/kernel.c.jinja` are given."""
+
+    header: str
+    source: str
+    guard: str
+    provenance: str
+    title: str
+    description: str
+    prefix: str
+    real: str
+    length: str
+    dof: int
+    macros: tuple[tuple[str, str], ...]
+    joints: tuple[str, ...]
+    parameters: tuple[str, ...]
+    parameter_names: tuple[str, ...]
+    defaults: tuple[tuple[str, str], ...]
+    default_bits: int
+    functions: tuple[Function, ...]
+    sincos: str
+
+
+def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
+    """Print the scalar kernels of one number type.
+
+    Args:
+        kernels: The robot and its programs.
+        real: The number type.
+
+    Returns:
+        The header and the source, by file name.
+    """
+    context = kernel_context(kernels, real)
+    return {
+        name: environment().get_template(template).render(k=context, prefix=context.prefix, qualifier="static")
+        for name, template in ((context.header, "c/kernel.h.jinja"), (context.source, "c/kernel.c.jinja"))
+    }
+
+
+def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
+    """Everything the templates lay out, as finished text."""
+    robot = kernels.robot
+    header = c_file(robot.name, "h", real)
+    names = tuple(parameter.name for parameter in robot.runtime_parameters)
+    return KernelContext(
+        header=header,
+        source=c_file(robot.name, "c", real),
+        guard=guard(header),
+        provenance=provenance(robot),
+        title=f"Forward kinematics of {robot.name}, {real} precision" if real is Real.DOUBLE
+        else f"Forward kinematics of {robot.name}, single precision",
+        description=comment_text(robot.description),
+        prefix=prefix(robot.name, real),
+        real=real.value,
+        length=robot.units.length,
+        dof=robot.dof,
+        macros=macros(kernels),
+        joints=joint_lines(robot),
+        parameters=parameter_lines(robot),
+        parameter_names=names,
+        defaults=tuple(
+            (name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)
+        ),
+        default_bits=8 if real is Real.DOUBLE else 4,
+        functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        sincos=sincos_template(real) if uses_sincos(kernels.programs) else "",
+    )
+
+
+def sincos_template(real: Real) -> str:
+    """The template of the sine-cosine function of a number type."""
+    return "c/_sincos_f64.c.jinja" if real is Real.DOUBLE else "c/_sincos_f32.c.jinja"
+
+
+def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
+    """The macros of a robot's headers: sizes, and the index of each frame or tip."""
+    robot = kernels.robot
+    found = [(macro(robot.name, "DOF"), f"{robot.dof}")]
+    if robot.is_tree:
+        found.append((macro(robot.name, "TIPS"), f"{len(robot.tips)}"))
+        found += [(macro(robot.name, f"TIP_{tip}"), f"{index}") for index, tip in enumerate(robot.tips)]
+    for program in kernels.programs:
+        if program.quantity is Quantity.FRAMES:
+            found.append((macro(robot.name, "FRAMES"), f"{len(program.frames)}"))
+            found += [(macro(robot.name, f"FRAME_{frame}"), f"{i}") for i, frame in enumerate(program.frames)]
+    return tuple((name, f"{value}") for name, value in found)
+
+
+def output_argument(kernels: Kernels, program: Program) -> tuple[str, str | None]:
+    """The name of the output argument, and the macro of its first extent where it holds several frames."""
+    robot = kernels.robot
+    letter = "T" if program.quantity.is_pose else "p"
+    if program.quantity is Quantity.FRAMES:
+        return "base_T_frames", macro(robot.name, "FRAMES")
+    if robot.is_tree:
+        return f"base_{letter}_tips", macro(robot.name, "TIPS")
+    return f"base_{letter}_tool", None
+
+
+def _function(kernels: Kernels, program: Program, real: Real) -> Function:
+    robot = kernels.robot
+    name = function(robot.name, program.quantity.function, real)
+    output, extent = output_argument(kernels, program)
+    size = 16 if program.quantity.is_pose else 3
+    extents = f"[{extent}][{size}]" if extent else f"[{size}]"
+    restricted = f"[restrict {extent}][{size}]" if extent else f"[restrict {size}]"
+    inputs = [f"const {real} q[{{}}{macro(robot.name, 'DOF')}]"] if robot.dof else []
+    if robot.runtime_parameters:
+        inputs.append(f"const {prefix(robot.name, real)}_params *{{}}params")
+    plain = ", ".join([*(argument.format("") for argument in inputs), f"{real} {output}{extents}"])
+    restrict = ", ".join([*(argument.format("restrict ") for argument in inputs), f"{real} {output}{restricted}"])
+    printer = CPrinter(real, f"{prefix(robot.name, real)}_sincos")
+    body = printer.lines(program)
+    stores = _stores(printer, program, output, extent is not None)
+    text = "\n".join((*body, *stores))
+    unused = tuple(
+        argument
+        for argument, sign, present in (("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters))
+        if present and sign not in text
+    )
+    return Function(
+        name=name,
+        brief=QUANTITY_TEXT[program.quantity],
+        operations=operation_line(program),
+        prototype=f"void {name}({plain})",
+        definition=f"void {name}({restrict})",
+        body=body,
+        stores=stores,
+        output=output,
+        shape=_shape(kernels, program),
+        unused=unused,
+    )
+
+
+def _shape(kernels: Kernels, program: Program) -> str:
+    what = "4x4 matrix, row by row" if program.quantity.is_pose else "x, y, z"
+    if program.quantity is Quantity.FRAMES:
+        return f"{what}, for each frame in the order of {macro(kernels.robot.name, 'FRAME')}_*"
+    if kernels.robot.is_tree:
+        return f"{what}, for each tip in the order of {macro(kernels.robot.name, 'TIP')}_*"
+    return what
+
+
+def _stores(printer: CPrinter, program: Program, output: str, nested: bool) -> tuple[str, ...]:
+    lines = []
+    entries = program.quantity.entries
+    for number in range(len(program.frames)):
+        block = [printer.output(operand) for operand in program.outputs[number * entries : (number + 1) * entries]]
+        if program.quantity.is_pose:
+            zero, one = ("0.0", "1.0") if printer.real is Real.DOUBLE else ("0.0F", "1.0F")
+            block += [zero, zero, zero, one]
+        place = f"{output}[{number}]" if nested else output
+        lines += [f"{place}[{index}] = {value};" for index, value in enumerate(block)]
+    return tuple(lines)

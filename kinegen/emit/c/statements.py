@@ -1,0 +1,92 @@
+"""Prints the statements of a program as C, one operation each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinegen.emit.reals import Real
+from kinegen.ir.program import (
+    Constant,
+    Operand,
+    Operator,
+    Program,
+    RuntimeParameter,
+    Statement,
+    Temporary,
+    Variable,
+)
+
+_SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*", Operator.DIV: "/"}
+
+
+@dataclass(frozen=True, slots=True)
+class CPrinter:
+    """Prints operands and statements for one number type.
+
+    Attributes:
+        real: The number type.
+        sincos: Name of the sine-cosine function.
+        variable: How an entry of the joint vector is written, `{}` standing for its index.
+    """
+
+    real: Real
+    sincos: str
+    variable: str = "q[{}]"
+
+    def operand(self, operand: Operand) -> str:
+        """One operand."""
+        match operand:
+            case Variable(index):
+                return self.variable.format(index)
+            case RuntimeParameter(name):
+                return f"params->{name}"
+            case Constant(value):
+                literal = self.real.literal(value)
+                return f"({literal})" if value < 0 else literal
+            case Temporary(name):
+                return name
+
+    def output(self, operand: Operand) -> str:
+        """One operand on the right of an assignment."""
+        return self.operand(operand).removeprefix("(").removesuffix(")")
+
+    def lines(self, program: Program) -> tuple[str, ...]:
+        """The statements of a program; a sine and a cosine of one angle are one call."""
+        lines: list[str] = []
+        done: set[Operand] = set()
+        labels = self._pair_labels(program)
+        for statement in program.statements:
+            angle = statement.operands[0]
+            if statement.operator not in (Operator.SIN, Operator.COS):
+                lines.append(f"const {self.real} {statement.name} = {self._expression(statement)};")
+            elif angle not in done:
+                done.add(angle)
+                lines += self._pair(labels[angle], angle)
+        return tuple(lines)
+
+    def _pair(self, label: str, angle: Operand) -> list[str]:
+        return [
+            f"{self.real} s{label};",
+            f"{self.real} c{label};",
+            f"{self.sincos}({self.operand(angle)}, &s{label}, &c{label});",
+        ]
+
+    def _pair_labels(self, program: Program) -> dict[Operand, str]:
+        return {
+            statement.operands[0]: statement.name[1:]
+            for statement in program.statements
+            if statement.operator in (Operator.SIN, Operator.COS)
+        }
+
+    def _expression(self, statement: Statement) -> str:
+        operands = [self.operand(operand) for operand in statement.operands]
+        if statement.operator is Operator.NEG:
+            return f"-{operands[0]}"
+        return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
+
+
+def uses_sincos(programs: tuple[Program, ...]) -> bool:
+    """Whether any program takes a sine or cosine."""
+    return any(
+        statement.operator in (Operator.SIN, Operator.COS) for program in programs for statement in program.statements
+    )
