@@ -1,0 +1,244 @@
+"""The readable closed form, factored as textbooks print it: `c1*(a2*c2 + a3*c23) - d3*s1`. It feeds no kernel.
+
+In: a robot and two frames. Out: the entries of the transform as ordered trees, which `notation` prints. A factor or
+term has its place by what it is, never by sympy's ordering: lengths before sines and cosines before brackets,
+brackets first in a sum, and a positive term leads where there is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy as sp
+
+from kinegen.angles import Angle, AngleLabels
+from kinegen.robot.model import Robot
+from kinegen.symbolic.chain import FrameName
+from kinegen.symbolic.pose import transform
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A name with its kind: `parameter`, `joint` (q3), `sine` or `cosine` (of an angle label)."""
+
+    name: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """A positive rational number."""
+
+    value: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Pi:
+    """The number pi."""
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """A square root."""
+
+    inside: Sum
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """A factor to an integer power other than 0 and 1."""
+
+    base: Factor
+    exponent: int
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """A constant that has no shorter form, such as `cos(pi/7)`."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A product with a sign; no factors mean 1."""
+
+    sign: int
+    factors: tuple[Factor, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Terms in order; none mean 0."""
+
+    terms: tuple[Term, ...]
+
+
+Factor = Symbol | Ratio | Pi | Root | Power | Other | Sum
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedForm:
+    """A transform for people.
+
+    Attributes:
+        name: Such as `base_T_tool` or `1T3`.
+        entries: Three rows of four entries.
+        angles: Label and angle of every sine and cosine that occurs.
+        joints: Number and joint name of every joint variable that occurs.
+    """
+
+    name: str
+    entries: tuple[tuple[Sum, ...], ...]
+    angles: tuple[tuple[str, str], ...]
+    joints: tuple[tuple[int, str], ...]
+
+
+def closed_form(robot: Robot, start: FrameName, end: FrameName) -> ClosedForm:
+    """Write a transform between two frames as a textbook would.
+
+    Args:
+        robot: The robot; its parameters stay symbols.
+        start: Frame of reference, by name or row number.
+        end: Frame that is reached.
+
+    Returns:
+        The entries of `start_T_end`, factored.
+
+    Raises:
+        KinegenError: If a frame does not exist.
+    """
+    matrix = transform(robot, start, end)
+    reader = _Reader(robot)
+    entries = tuple(tuple(reader.sum(matrix[row, column]) for column in range(4)) for row in range(3))
+    numeric = all(str(frame).isdecimal() for frame in (start, end))
+    return ClosedForm(
+        name=f"{start}T{end}" if numeric else f"{start}_T_{end}",
+        entries=entries,
+        angles=tuple(sorted(reader.angles.items(), key=lambda item: (len(item[0]), item[0]))),
+        joints=tuple(sorted(reader.joints.items())),
+    )
+
+
+class _Reader:
+    """Turns sympy expressions into ordered trees."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.numbers = {variable.name: variable.index + 1 for variable in robot.variables}
+        self.labels = AngleLabels(robot.dof)
+        self.angles: dict[str, str] = {}
+        self.joints: dict[int, str] = {}
+
+    def sum(self, expression: sp.Expr) -> Sum:
+        """An expression as a sum in order, a positive term in front if there is one."""
+        terms = sorted((self.term(part) for part in sp.Add.make_args(expression)), key=_term_key)
+        terms = [term for term in terms if Ratio(Fraction(0)) not in term.factors]
+        lead = next((term for term in terms if term.sign > 0), None)
+        if lead is not None and terms[0].sign < 0:
+            terms.remove(lead)
+            terms.insert(0, lead)
+        return Sum(tuple(terms))
+
+    def term(self, expression: sp.Expr) -> Term:
+        """A product; a bracket that would begin with a minus sign gives it to the product."""
+        sign = 1
+        factors: list[Factor] = []
+        for part in sp.Mul.make_args(expression):
+            if part.is_Rational:
+                sign = -sign if part < 0 else sign
+                value = abs(Fraction(int(part.p), int(part.q)))
+                factors += [] if value == 1 else [Ratio(value)]
+            elif part.is_Add:
+                turned, bracket = self.bracket(part)
+                sign *= turned
+                factors.append(bracket)
+            else:
+                factors.append(self.factor(part))
+        return Term(sign, tuple(sorted(factors, key=_factor_key)))
+
+    def bracket(self, expression: sp.Expr) -> tuple[int, Sum]:
+        """A sum that stands in a product, and the sign taken out of it."""
+        terms = sorted((self.term(part) for part in sp.Add.make_args(expression)), key=_term_key)
+        sign = terms[0].sign
+        return sign, Sum(tuple(Term(sign * term.sign, term.factors) for term in terms))
+
+    def factor(self, expression: sp.Expr) -> Factor:
+        """A single factor."""
+        if expression.is_Symbol:
+            if expression.name in self.numbers:
+                return self._joint(self.numbers[expression.name], expression.name)
+            return Symbol(expression.name, "parameter")
+        if isinstance(expression, (sp.sin, sp.cos)) and expression.free_symbols:
+            kind = "sine" if isinstance(expression, sp.sin) else "cosine"
+            return Symbol(self._label(expression.args[0]), kind)
+        if expression is sp.pi:
+            return Pi()
+        if expression.is_Pow and expression.exp.is_Integer:
+            return Power(self.factor(expression.base), int(expression.exp))
+        if expression.is_Pow and expression.exp == sp.Rational(1, 2):
+            return Root(self.sum(expression.base))
+        if expression.is_Add:
+            return self.sum(expression)
+        return Other(str(expression))
+
+    def _joint(self, number: int, name: str) -> Symbol:
+        self.joints[number] = name
+        return Symbol(f"q{number}", "joint")
+
+    def _label(self, angle: sp.Expr) -> str:
+        terms: list[tuple[int, Fraction]] = []
+        rest = sp.S.Zero
+        for part in sp.Add.make_args(angle):
+            coefficient, symbol = part.as_coeff_Mul()
+            if symbol.is_Symbol and symbol.name in self.numbers:
+                self._joint(self.numbers[symbol.name], symbol.name)
+                terms.append((self.numbers[symbol.name], Fraction(int(coefficient.p), int(coefficient.q))))
+            else:
+                rest += part
+        found = Angle(tuple(sorted(terms)), "" if rest == 0 else str(rest))
+        label = self.labels.label(found)
+        self.angles[label] = str(found)
+        return label
+
+
+def _names(factors: Iterable[Factor], kinds: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(factor.name for factor in factors if isinstance(factor, Symbol) and factor.kind in kinds)
+
+
+def _joint_order(label: str) -> tuple[tuple[int, ...], str]:
+    digits = label.replace("m", "").replace("u", "").split("_")
+    return tuple(int(part) for part in (digits if len(digits) > 1 else digits[0])), label
+
+
+def _factor_key(factor: Factor) -> tuple[int, tuple[tuple[int, ...], str], int]:
+    """Numbers, then lengths and joint variables, then sines and cosines by joint, then brackets."""
+    match factor:
+        case Symbol(name, "sine" | "cosine"):
+            return 4, _joint_order(name), factor.kind == "sine"
+        case Symbol(name, kind):
+            return (2 if kind == "parameter" else 3), ((), name), 0
+        case Sum():
+            return 6, ((), str(factor)), 0
+        case Power(base, exponent):
+            rank, name, _ = _factor_key(base)
+            return rank, name, exponent
+        case Ratio():
+            return 0, ((), ""), 0
+    return 1, ((), str(factor)), 0
+
+
+def _term_key(term: Term) -> tuple[object, ...]:
+    """Brackets first, then many sines and cosines before few, then by names; the sign does not count."""
+    trigonometric = [f for f in term.factors if isinstance(f, Symbol) and f.kind in ("sine", "cosine")]
+    brackets = sum(isinstance(factor, Sum) for factor in term.factors)
+    angles = tuple((*_joint_order(symbol.name), symbol.kind == "sine") for symbol in trigonometric)
+    return (
+        -brackets,
+        -len(trigonometric),
+        _names(term.factors, ("parameter", "joint")),
+        tuple(symbol.kind == "sine" for symbol in trigonometric),
+        angles,
+        str(term.factors),
+    )
