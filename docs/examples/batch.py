@@ -3,8 +3,8 @@
 import numpy as np
 import puma560
 
-low, high = np.radians([[-160, -225, -90, -110, -100, -180], [160, 45, 90, 170, 100, 180]])
-q = np.random.default_rng(1).uniform(low, high, (100_000, 6))
+low, high = np.transpose([limit or (-np.pi, np.pi) for limit in puma560.LIMITS])
+q = np.random.default_rng(1).uniform(low, high, (100_000, puma560.DOF))
 poses = puma560.fk(q)
 
 print(q.shape, "->", poses.shape)

@@ -1,0 +1,61 @@
+"""The scripts that `make` runs: the environment, and the pages with real output."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from docs import make_readme
+from scripts import make_venv
+
+PAGE = """\
+Before.
+<!-- output: echo 'turned in 0.30 s, worst 2.2e-16' -->
+```text
+{body}```
+After.
+"""
+
+
+def refreshed(body: str) -> str:
+    """A page whose only block held a body, after its command ran."""
+    return make_readme.BLOCK.sub(make_readme.refresh, PAGE.format(body=body))
+
+
+def test_a_page_takes_up_what_a_command_prints() -> None:
+    assert refreshed("something else\n") == PAGE.format(body="turned in 0.30 s, worst 2.2e-16\n")
+    assert refreshed("") == PAGE.format(body="turned in 0.30 s, worst 2.2e-16\n")
+
+
+def test_a_page_keeps_its_times_and_rounding_errors() -> None:
+    body = "turned in 1.71 s, worst 4.4e-16\n"
+
+    assert refreshed(body) == PAGE.format(body=body)
+
+
+def test_a_page_does_not_show_a_command_that_fails() -> None:
+    with pytest.raises(SystemExit, match="exit status 3\nno such robot"):
+        make_readme.output("echo no such robot; exit 3")
+
+
+def test_a_usable_environment_is_left_alone(tmp_path: Path) -> None:
+    """pip comes from this environment: the one that is tried needs its own only to count as usable."""
+    folder = tmp_path / "environment"
+    make_venv.run(sys.executable, "-m", "venv", "--without-pip", folder)
+    assert not make_venv.is_usable(folder)
+
+    (site,) = folder.glob("lib/python3*/site-packages")
+    (site / "pip.py").touch()
+
+    assert make_venv.main(folder) == 0
+    assert (site / "pip.py").exists()
+
+
+def test_a_wheel_of_pip_with_other_bytes_is_not_run(tmp_path: Path) -> None:
+    wheel = tmp_path / "pip.whl"
+    wheel.write_bytes(b"something else")
+
+    with pytest.raises(ValueError, match="is not the file it should be"):
+        make_venv.install_pip(Path("never-run"), wheel.as_uri(), make_venv.PIP_SHA256)
