@@ -16,7 +16,7 @@ from kinegen.errors import KinegenError
 from kinegen.ir.names import name_values
 from kinegen.ir.program import Operator, Program
 from kinegen.ir.signs import absorb_signs
-from kinegen.ir.values import Node, Value, Values
+from kinegen.ir.values import Value, Values
 from kinegen.symbolic.expressions import Expressions
 
 DIGITS = 150
@@ -102,4 +102,3 @@ def exact_number(expression: sp.Expr) -> Fraction:
     return Fraction(0) if abs(digits) < _NEGLIGIBLE else digits
 
 
-__all__ = ["Node", "exact_number", "lower"]

@@ -27,13 +27,19 @@ def transforms_between(robot: Robot, start: FrameName, end: FrameName, values: V
     Raises:
         KinegenError: If a frame does not exist; the message lists those that do.
     """
+    return tuple(step for link in links_between(robot, start, end, values) for step in link)
+
+
+def links_between(
+    robot: Robot, start: FrameName, end: FrameName, values: Values
+) -> tuple[tuple[Elementary, ...], ...]:
+    """The same, link by link: one sequence for each frame on the way."""
     up = _ancestry(robot, _resolve(robot, start))
     down = _ancestry(robot, _resolve(robot, end))
     while up and down and up[0] == down[0]:
         up, down = up[1:], down[1:]
-    climb = [inverse(step) for name in reversed(up) for step in reversed(_link(robot, name, values))]
-    descend = [step for name in down for step in _link(robot, name, values)]
-    return tuple(climb + descend)
+    climb = [tuple(inverse(step) for step in reversed(_link(robot, name, values))) for name in reversed(up)]
+    return (*climb, *(_link(robot, name, values) for name in down))
 
 
 def _resolve(robot: Robot, frame: FrameName) -> str:

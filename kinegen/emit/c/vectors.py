@@ -1,0 +1,138 @@
+"""Test vectors and a self-test: a board can be checked without Python.
+
+The expected values come from the caller, computed with 50 digits; here they are rounded once and printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from kinegen.emit.c.kernel import macros, output_argument
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.reals import Real
+from kinegen.naming import c_file, comment_text, function, guard, prefix
+from kinegen.outputs import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Vectors:
+    """Joint vectors and what the kernels must return for them.
+
+    Attributes:
+        inputs: Joint vectors; entries that floats hold exactly.
+        expected: For each quantity and joint vector, the entries of the output array in order, without the constant
+            last row of a matrix.
+    """
+
+    inputs: tuple[tuple[Fraction, ...], ...]
+    expected: Mapping[Quantity, tuple[tuple[Fraction, ...], ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class VectorCheck:
+    """The check of one kernel."""
+
+    function: str
+    array: str
+    rows: tuple[str, ...]
+    entries: int
+    frames: int
+    total: int
+    stride: int
+    output: str
+    first: str
+    call: str
+
+
+@dataclass(frozen=True, slots=True)
+class VectorContext:
+    """What the templates `c/vectors.h.jinja` and `c/selftest.c.jinja` are given."""
+
+    header: str
+    source: str
+    kernel_header: str
+    guard: str
+    provenance: str
+    description: str
+    robot: str
+    prefix: str
+    real: str
+    count_macro: str
+    count: int
+    dof: int
+    dof_macro: str
+    inputs: tuple[str, ...]
+    checks: tuple[VectorCheck, ...]
+    tolerance: str
+    zero: str
+
+
+def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real, tolerance: Fraction) -> dict[str, str]:
+    """Print the vectors and the self-test of one number type.
+
+    Args:
+        kernels: The robot and its programs.
+        vectors: The data.
+        real: The number type.
+        tolerance: Largest accepted difference of an entry, in its own unit.
+
+    Returns:
+        Text by file name.
+    """
+    robot = kernels.robot
+    stem = prefix(robot.name, real)
+    context = VectorContext(
+        header=f"{stem}_vectors.h",
+        source=f"{stem}_selftest.c",
+        kernel_header=c_file(robot.name, "h", real),
+        guard=guard(f"{stem}_vectors.h"),
+        provenance=provenance(robot),
+        description=comment_text(robot.description),
+        robot=robot.name,
+        prefix=stem,
+        real=real.value,
+        count_macro=f"{stem.upper()}_VECTORS",
+        count=len(vectors.inputs),
+        dof=robot.dof,
+        dof_macro=macros(kernels)[0][0],
+        inputs=tuple(_row(entries, real) for entries in vectors.inputs),
+        checks=tuple(_check(kernels, vectors, index, real) for index in range(len(kernels.programs))),
+        tolerance=real.literal(tolerance),
+        zero=real.literal(Fraction(0)),
+    )
+    return {
+        name: environment().get_template(template).render(k=context)
+        for name, template in ((context.header, "c/vectors.h.jinja"), (context.source, "c/selftest.c.jinja"))
+    }
+
+
+def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> VectorCheck:
+    robot = kernels.robot
+    program = kernels.programs[index]
+    name = function(robot.name, program.quantity.function, real)
+    output, extent = output_argument(kernels, program)
+    stride = 16 if program.quantity.is_pose else 3
+    inputs = ["q"] if robot.dof else []
+    if robot.runtime_parameters:
+        inputs.append(f"&{prefix(robot.name, real)}_default_params")
+    return VectorCheck(
+        function=name,
+        array=f"{name}_expected",
+        rows=tuple(_row(entries, real) for entries in vectors.expected[program.quantity]),
+        entries=program.quantity.entries,
+        frames=len(program.frames),
+        total=program.quantity.entries * len(program.frames),
+        stride=stride,
+        output=f"{output}[{extent}][{stride}]" if extent else f"{output}[{stride}]",
+        first=f"&{output}[0][0]" if extent else f"&{output}[0]",
+        call=f"{name}({', '.join([*inputs, output])})",
+    )
+
+
+def _row(entries: Sequence[Fraction], real: Real) -> str:
+    return "{" + ", ".join(real.literal(entry) for entry in entries) + "}"
+
+
