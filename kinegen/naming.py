@@ -63,7 +63,7 @@ def check_name(kind: str, name: str) -> None:
     shown = name if len(name) <= _SHOWN else name[: _SHOWN - 3] + "..."
     reason = _shape_defect(name) or _word_defect(name) or (_robot_defect(name) if kind == "robot" else "")
     if reason:
-        raise KinegenError(f"{kind} name {shown!a} {reason}")
+        raise KinegenError(f"{kind} name {shown!r} {reason}")
 
 
 def _shape_defect(name: str) -> str:

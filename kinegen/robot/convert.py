@@ -40,15 +40,15 @@ class Converter:
         """
         angles = frozenset(name for name, known in self.parameters.items() if known.dimension is Dimension.ANGLE)
         with within(slot.label, slot.line):
-            factors, offset = split(slot, self.types, angles, degrees=self.degrees)
+            types = {**self.types, OWN: self.types[joint]} if joint else self.types
+            factors, offset = split(slot, types, angles, degrees=self.degrees)
             checked_value(offset, self.values)
             for word in slot.words:
-                name = joint if word == OWN else word
-                if name not in self.types:
+                if word not in types:
                     continue
-                if name not in factors or is_zero(checked_value(factors[name], self.values)):
+                if word not in factors or is_zero(checked_value(factors[word], self.values)):
                     fail(f"'{word}' is multiplied by zero")
-        return join(factors, offset)
+        return join({joint if name == OWN and joint else name: factor for name, factor in factors.items()}, offset)
 
     def row(self, raw: RawRow) -> Row:
         """Convert one row of the table."""

@@ -12,7 +12,7 @@ from kinegen.robot.expressions import PI, Expression, Name, Power, Product, Sum,
 from kinegen.robot.fields import fail, within
 from kinegen.robot.model import Dimension
 from kinegen.robot.parameters import RawParameter
-from kinegen.robot.slots import Slot
+from kinegen.robot.slots import OWN, Slot
 
 
 def find_dimensions(
@@ -33,7 +33,7 @@ def find_dimensions(
     for where, slot in slots:
         used.update(slot.words)
         with within(f"{where}: {slot.label}", slot.line):
-            factors, offset = linear(slot.expression, joints)
+            factors, offset = linear(slot.expression, joints | {OWN})
             for factor in factors.values():
                 uses.note_all(factor, Dimension.NUMBER, slot.line)
             uses.visit(offset, slot.dimension, slot.line)
@@ -43,7 +43,7 @@ def find_dimensions(
     for parameter in reversed(parameters):
         with within(parameter.where, parameter.line):
             if parameter.name not in used:
-                fail("it is not used anywhere")
+                fail("it is not used; use it or take it out")
             found[parameter.name] = dimension = uses.decide(parameter.name)
             used.update(parameter.slot.words)
             uses.visit(parameter.slot.expression, dimension, parameter.slot.line)

@@ -10,6 +10,7 @@ from typing import NoReturn
 from kinegen.errors import KinegenError, RobotFileError
 from kinegen.naming import check_name
 from kinegen.robot.expressions import ExpressionError
+from kinegen.robot.keys import SYNONYMS
 
 MAX_QUOTE = 40
 MAX_MESSAGE = 500
@@ -54,6 +55,7 @@ def quote(text: str) -> str:
 def expected(word: str, options: Iterable[str]) -> str:
     """`(expected a, b, c; did you mean b?)` for a word that is none of the options."""
     known = list(options)
-    near = difflib.get_close_matches(word[:MAX_QUOTE], known, n=1)
+    synonym = SYNONYMS.get(word.lower().removesuffix("s"), SYNONYMS.get(word.lower()))
+    near = [synonym] if synonym in known else difflib.get_close_matches(word[:MAX_QUOTE], known, n=1)
     shown = known if len(known) <= 16 else [*known[:15], "..."]
     return f"(expected {', '.join(shown)}{f'; did you mean {near[0]}?' if near else ''})"

@@ -63,8 +63,10 @@ def _refuse_clash(name: str, rows: tuple[RawRow, ...], frames: dict[str, RawFram
     if name.lower() in (BASE, TOOL, WRIST):
         fail(f"{quote(name.lower())} is a frame of every robot; choose another name")
     for row in rows:
+        if row.name == name:
+            fail(f"a joint has this name too (line {row.line})")
         if row.name.upper() == name.upper():
-            fail(f"a joint has this name already (line {row.line}), apart from upper and lower case")
+            fail(f"differs from joint '{row.name}' in upper and lower case only, which macros lose")
     for frame in frames.values():
         if frame.name.upper() == name.upper():
             fail(f"differs from frame '{frame.name}' in upper and lower case only, which macros lose")
@@ -76,7 +78,7 @@ def _transform(fields: dict[str, Node]) -> tuple[RawStep, ...]:
         for key in ("xyz", "rpy"):
             if key in fields:
                 fail(f"{key} and ets exclude each other", fields[key].line)
-        return read_steps(fields["ets"])
+        return read_steps(fields["ets"], moving=False)
     shift = _triple(fields.get("xyz"), "xyz", Dimension.LENGTH)
     roll, pitch, yaw = _triple(fields.get("rpy"), "rpy", Dimension.ANGLE) or (None, None, None)
     return tuple(step for step in (*shift, yaw, pitch, roll) if step is not None and step.slot.expression != ZERO)

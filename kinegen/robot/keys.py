@@ -38,7 +38,7 @@ TOP_REQUIRED = {
     "name": "name: my_arm",
     "convention": "convention: standard",
     "units": "units: {length: m, angle: deg}",
-    "joints": "joints: [...]",
+    "joints": "joints: [{name: waist, ...}]",
 }
 """Each required key with an example to show when it is missing."""
 
@@ -89,5 +89,34 @@ TRANSFORM = {
     "ets": "Elementary transforms in order, instead of xyz and rpy.",
 }
 FRAME = {"parent": "A row, base, tool, wrist or another frame."} | TRANSFORM
+
+SYNONYMS = {
+    "craig": "modified",
+    "proximal": "modified",
+    "mdh": "modified",
+    "paul": "standard",
+    "distal": "standard",
+    "dh": "standard",
+    "meter": "m",
+    "metre": "m",
+    "millimeter": "mm",
+    "centimeter": "cm",
+    "inch": "in",
+    "degrees": "deg",
+    "radians": "rad",
+    "rotary": "revolute",
+    "linear": "prismatic",
+    "sliding": "prismatic",
+    "helical": "screw",
+    "mimic": "follower",
+    "rotation": "rpy",
+    "translation": "xyz",
+    "links": "joints",
+    "yes": "true",
+    "no": "false",
+    "on": "true",
+    "off": "false",
+}
+"""Words that other tools and books use, for the hint in a message; the loader accepts none of them."""
 
 STEPS = ("Rx", "Ry", "Rz", "Tx", "Ty", "Tz")

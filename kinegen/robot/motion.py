@@ -16,6 +16,11 @@ from kinegen.robot.slots import OWN, RawRow, Slot
 MOVING = frozenset({JointType.REVOLUTE, JointType.PRISMATIC, JointType.SCREW})
 """The types that have a variable of their own."""
 
+_NOT_FINITE = frozenset({"nan", "inf", "infinity"})
+
+
+_STILL = {JointType.FIXED: "it is fixed", JointType.FOLLOWER: "it follows other joints"}
+
 
 def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
     """Find the type of every joint from where its variable stands.
@@ -31,7 +36,7 @@ def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
             if row.declared not in (None, str(kind)):
                 fail(f"type is {row.declared}, but {_reason(row, kind)}")
             if row.limits and kind not in MOVING:
-                fail(f"limits belong to a variable of its own, and the row is {kind}", row.limits[0].line)
+                fail(f"limits need a joint variable, and the row has none ({_STILL[kind]})", row.limits[0].line)
     return types
 
 
@@ -66,15 +71,19 @@ def check_names(slot: Slot, parameters: Collection[str], types: Mapping[str, Joi
                 _refuse_joint(slot, name, types[name])
             elif name == OWN:
                 fail("q stands for the variable of a row and has no meaning here")
+            elif name.lower() in _NOT_FINITE:
+                fail(f"{quote(name)} is not a finite number")
+            elif options := [*own, *parameters, *moving]:
+                fail(f"undefined name {quote(name)} {expected(name, options)}")
             else:
-                fail(f"undefined name {quote(name)} {expected(name, [*own, *parameters, *moving])}")
+                fail(f"undefined name {quote(name)} (the file has no parameters)")
 
 
 def _refuse_joint(slot: Slot, name: str, kind: JointType) -> None:
     if slot.axis is None:
         fail(f"joint variable '{name}' cannot stand here; this entry is constant")
     if kind not in MOVING:
-        fail(f"joint '{name}' has no variable of its own (it is {kind})")
+        fail(f"joint '{name}' has no variable of its own ({_STILL[kind]})")
 
 
 def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:
@@ -91,7 +100,7 @@ def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:
     if len(own) == 1:
         return JointType.REVOLUTE if own[0].dimension is Dimension.ANGLE else JointType.PRISMATIC
     if not _is_screw(row, own):
-        places = " and ".join(slot.label for slot in own[:4])
+        places = ", ".join(slot.label for slot in own[:4])
         fail(f"q stands in {places}; only a screw has it twice, in a turn and a shift along one axis", own[1].line)
     return JointType.SCREW
 

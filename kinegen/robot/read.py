@@ -81,7 +81,7 @@ def _description(node: Node | None) -> str:
         text = " ".join(word(node, "a line of text").split())
         bad = next((character for character in text if not character.isprintable()), None)
         if bad is not None:
-            fail(f"character {bad!a} cannot be printed")
+            fail(f"character {bad!r} cannot be printed")
         if len(text) > keys.MAX_DESCRIPTION:
             fail(f"it has {len(text)} characters (at most {keys.MAX_DESCRIPTION})")
     return text

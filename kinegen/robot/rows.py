@@ -49,17 +49,17 @@ def _read_row(node: Node, above: list[RawRow], lines: dict[str, int], convention
     with within(_where(node, number), node.line):
         fields = mapping(node, _row_keys(node, convention), "a row such as {name: waist, ...}")
         if "name" not in fields:
-            fail("key 'name' is missing")
+            fail("key 'name' is missing (as in name: elbow)")
         name = word(fields["name"], "a name")
         accept_name("joint", name, fields["name"].line)
         own = _row_convention(fields, convention)
-        steps = read_steps(fields["ets"], name) if "ets" in fields else ()
+        steps = read_steps(fields["ets"], moving=True) if "ets" in fields else ()
         return RawRow(
             name=name,
             number=number,
             parent=_parent(fields.get("parent"), name, above, lines),
             convention=own,
-            entries=_entries(fields, own, name),
+            entries=_entries(fields, own),
             steps=steps,
             limits=_limits(fields.get("limits")),
             declared=choice(fields["type"], "type", keys.JOINT_TYPES) if "type" in fields else None,
@@ -94,7 +94,7 @@ def _row_convention(fields: dict[str, Node], convention: Convention) -> Conventi
     return convention
 
 
-def _entries(fields: dict[str, Node], convention: Convention, joint: str) -> tuple[Slot, ...]:
+def _entries(fields: dict[str, Node], convention: Convention) -> tuple[Slot, ...]:
     wanted = keys.ROW_ENTRIES[convention]
     for key in keys.ENTRIES:
         if key in fields and key not in wanted:
@@ -103,12 +103,12 @@ def _entries(fields: dict[str, Node], convention: Convention, joint: str) -> tup
             fail(f"{kind} has no {key}{takes}", fields[key].line)
         if key not in fields and key in wanted:
             fail(f"key '{key}' is missing (a {convention} row needs {', '.join(wanted)})")
-    return tuple(_entry(fields[key], key, joint) for key in wanted)
+    return tuple(_entry(fields[key], key) for key in wanted)
 
 
-def _entry(node: Node, key: str, joint: str) -> Slot:
+def _entry(node: Node, key: str) -> Slot:
     dimension = Dimension.ANGLE if key in keys.ANGLE_ENTRIES else Dimension.LENGTH
-    return read_slot(node, key, dimension, 2 if key in keys.MOVING_ENTRIES else None, joint)
+    return read_slot(node, key, dimension, 2 if key in keys.MOVING_ENTRIES else None)
 
 
 def _limits(node: Node | None) -> tuple[Slot, Slot] | None:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.robot.expressions import Expression, ExpressionError, Name, largest_number, parse, substitute, text_names
+from kinegen.robot.expressions import Expression, ExpressionError, largest_number, parse, text_names
 from kinegen.robot.fields import expected, fail, quote, within
 from kinegen.robot.keys import MAX_STEPS, STEPS
 from kinegen.robot.model import Convention, Dimension, StepKind
@@ -23,6 +23,9 @@ OWN = "q"
 MAX_BITS = 512
 """Size of an exact numerator or denominator; 60 digits and an exponent of 64 fit."""
 
+_NOT_FINITE = re.compile(r"[+-]?\.(nan|inf)\Z", re.IGNORECASE)
+"""YAML's words for them; `nan` without a dot is refused as a name that nobody defined."""
+
 _STEP = re.compile(r"([A-Za-z]\w*)\s*\((.*)\)\Z", re.DOTALL)
 
 
@@ -32,7 +35,7 @@ class Slot:
 
     Attributes:
         label: What to call it: `theta`, `ets step 2`, `xyz`.
-        expression: In the units of the file; `q` is already named after its joint.
+        expression: In the units of the file; the row's own variable is still called `q`.
         words: Names in the text as written, also those that fold away, as in `0*q`.
         dimension: Angle or length.
         axis: Axis that the value turns about or moves along; None where no joint variable may stand.
@@ -91,7 +94,7 @@ class RawFrame:
     line: int
 
 
-def read_slot(node: Node, label: str, dimension: Dimension, axis: int | None = None, joint: str | None = None) -> Slot:
+def read_slot(node: Node, label: str, dimension: Dimension, axis: int | None = None) -> Slot:
     """Read one expression.
 
     Args:
@@ -99,43 +102,35 @@ def read_slot(node: Node, label: str, dimension: Dimension, axis: int | None = N
         label: What messages call it.
         dimension: What the place measures.
         axis: Axis of a value that may move.
-        joint: Name of the row's joint, which `q` stands for.
 
     Raises:
         RobotFileError: If it is no expression.
     """
-    text = word_of(node, label)
-    return slot_from_text(text, label, dimension, axis, joint, node.line)
-
-
-def word_of(node: Node, label: str) -> str:
-    """The text of an expression."""
     with within(label, node.line):
-        return word(node, "a number or an expression")
+        text = word(node, "a number or an expression")
+    return _slot(text, label, dimension, axis, node.line)
 
 
-def slot_from_text(text: str, label: str, dimension: Dimension, axis: int | None, joint: str | None, line: int) -> Slot:
-    """Parse the text of one expression."""
+def _slot(text: str, label: str, dimension: Dimension, axis: int | None, line: int) -> Slot:
     with within(label, line):
+        if _NOT_FINITE.match(text.strip()):
+            fail(f"{quote(text.strip())} is not a finite number")
         tree = parse(text)
         if largest_number(tree) >= 1 << MAX_BITS:
             raise ExpressionError("a number in it is too long")
-    words = text_names(text)
-    if joint is not None:
-        tree = substitute(tree, {OWN: Name(joint)})
-    return Slot(label, tree, words, dimension, axis, line)
+    return Slot(label, tree, text_names(text), dimension, axis, line)
 
 
-def read_steps(node: Node, joint: str | None = None) -> tuple[RawStep, ...]:
-    """Read a list such as `[Rz(q), Tx(l1), Ry(-90)]`; without a joint nothing in it may move."""
+def read_steps(node: Node, *, moving: bool) -> tuple[RawStep, ...]:
+    """Read a list such as `[Rz(q), Tx(l1), Ry(-90)]`, in which joint variables may stand or not."""
     with within("ets", node.line):
         parts = items(node, "a list such as [Rz(q), Tx(l1), Ry(-90)]")
         if len(parts) > MAX_STEPS:
             fail(f"{len(parts)} steps are too many (at most {MAX_STEPS})")
-    return tuple(_read_step(part, f"ets step {i}", joint) for i, part in enumerate(parts, start=1))
+    return tuple(_read_step(part, f"ets step {i}", moving=moving) for i, part in enumerate(parts, start=1))
 
 
-def _read_step(node: Node, label: str, joint: str | None) -> RawStep:
+def _read_step(node: Node, label: str, *, moving: bool) -> RawStep:
     with within(label, node.line):
         text = word(node, "a step such as Rz(90)")
         match = _STEP.match(text)
@@ -145,8 +140,8 @@ def _read_step(node: Node, label: str, joint: str | None) -> RawStep:
             fail(f"unknown step {quote(match[1])} {expected(match[1], STEPS)}")
     kind = StepKind(match[1])
     dimension = Dimension.ANGLE if kind.is_rotation else Dimension.LENGTH
-    axis = kind.axis if joint is not None else None
-    return RawStep(kind, slot_from_text(match[2], f"{label} ({kind})", dimension, axis, joint, node.line))
+    axis = kind.axis if moving else None
+    return RawStep(kind, _slot(match[2], f"{label} ({kind})", dimension, axis, node.line))
 
 
 def all_slots(rows: tuple[RawRow, ...], fixed: tuple[RawFrame, ...]) -> Iterator[tuple[str, Slot]]:

@@ -25,7 +25,7 @@ def _number(value: Fraction) -> Decimal:
 
 def _square_root(value: Decimal) -> Decimal:
     if value < -_ZERO:
-        raise ExpressionError("the square root of a negative number")
+        raise ExpressionError("it holds the square root of a negative number")
     return max(value, Decimal(0)).sqrt()
 
 

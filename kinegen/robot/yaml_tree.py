@@ -91,7 +91,7 @@ def parse_tree(text: str) -> Mapping:
         line = error.problem_mark.line + 1 if error.problem_mark else None
         fail(_explain(error), line)
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # an escape such as "\Uffffffff" ends in chr()
-        fail(f"not valid YAML: {' '.join(str(error).split())}")
+        fail(f"not valid YAML: {_reason(error)}")
     if root is None:
         fail("the file is empty (a robot file begins with 'kinegen: 1')")
     if not isinstance(root, Mapping):
@@ -106,8 +106,16 @@ def _refuse_control_characters(text: str) -> None:
             fail(f"control character {bad!a} cannot stand in a robot file", number)
 
 
+def _reason(error: Exception) -> str:
+    if isinstance(error, yaml.YAMLError):
+        return " ".join(str(error).split())
+    return r"an escape such as \U0010ffff, or a version number, is out of range"
+
+
 def _explain(error: yaml.MarkedYAMLError) -> str:
     problem = error.problem or "it cannot be read"
+    if problem == "mapping values are not allowed here":
+        problem += " (text with ': ' in it stands in quotation marks)"
     if r"found character '\t'" in problem:
         return "tab characters cannot indent YAML; use spaces"
     context = f" ({error.context}" if error.context else ""
