@@ -1,0 +1,201 @@
+"""The reference is right: published poses, the laws of rigid motion, and two precisions that agree."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+from kinegen import reference
+from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
+from kinegen.robot.load import load, loads
+from kinegen.robot.model import JointType, Robot
+from tests.textbook.catalog import Example, System, systems
+from tests.textbook.catalog import robot as textbook_robot
+from tests.textbook.notation import read
+
+ROBOTS = sorted((Path(__file__).resolve().parent.parent / "robots").glob("*.yaml"))
+SEED = 560
+POSES = 200
+ROUNDING = 1e-14
+"""Bound on the rounding of a chain product in float64, relative to the reach: dozens of operations of 1e-16 each."""
+
+EXAMPLES = [
+    pytest.param(system, name, example, id=f"{name}-{example.name}")
+    for system in systems()
+    for name in system.robots
+    for example in system.examples
+]
+HEAD = "kinegen: 1\nname: arm\nconvention: standard\nunits: {length: m, angle: rad}\n"
+
+
+@cache
+def robot(path: Path) -> Robot:
+    return load(path)
+
+
+@pytest.fixture(params=ROBOTS, ids=lambda path: path.stem)
+def arm(request: pytest.FixtureRequest) -> Robot:
+    """Every robot of the folder."""
+    return robot(request.param)
+
+
+def random_poses(arm: Robot, count: int = POSES) -> np.ndarray:
+    box = np.array(joint_box(arm)).reshape(arm.dof, 2)
+    return np.random.default_rng(SEED).uniform(box[:, 0], box[:, 1], (count, arm.dof))
+
+
+def to_floats(matrix: mpmath.matrix) -> np.ndarray:
+    return np.array([[float(matrix[i, j]) for j in range(4)] for i in range(4)])
+
+
+def frame(arm: Robot, found: dict[str, np.ndarray], name: str | int) -> np.ndarray:
+    """A frame by name or row number; 0 is the base, in robots whose base transform is the identity."""
+    if isinstance(name, str):
+        return found[name]
+    assert name or not arm.base
+    return found[arm.rows[name - 1].name if name else "base"]
+
+
+@pytest.mark.parametrize(("system", "name", "example"), EXAMPLES)
+def test_published_numbers(system: System, name: str, example: Example) -> None:
+    """Poses computed elsewhere with 60 digits, in the lengths of each example."""
+    arm = textbook_robot(name)
+    values = {key: float(read(text, {}, [])) for key, text in example.values.items()}
+    params = {parameter.name: values[parameter.name] for parameter in arm.parameters if parameter.name in values}
+    found = reference.frames(arm, [values[variable] for variable in system.variables], params)
+    start, end = frame(arm, found, example.start)[0], frame(arm, found, example.end)[0]
+
+    scale = max([1.0, *(abs(entry) for row in example.matrix for entry in row)])
+    np.testing.assert_allclose((np.linalg.inv(start) @ end)[:3], example.matrix, rtol=0, atol=ROUNDING * scale)
+
+
+def test_every_frame_is_a_rigid_displacement(arm: Robot) -> None:
+    for matrices in reference.frames(arm, random_poses(arm)).values():
+        turns = matrices[:, :3, :3]
+        np.testing.assert_allclose(turns @ turns.swapaxes(1, 2), np.broadcast_to(np.eye(3), turns.shape), atol=ROUNDING)
+        np.testing.assert_allclose(np.linalg.det(turns), 1.0, atol=ROUNDING)
+        assert np.array_equal(matrices[:, 3], np.broadcast_to([0, 0, 0, 1], (len(matrices), 4)))
+
+
+def test_both_precisions_agree(arm: Robot) -> None:
+    q = random_poses(arm, 3)
+    floats = reference.frames(arm, q)
+    scale = max(1.0, reach(arm, floats))
+    for row, vector in enumerate(q):
+        for name, matrix in reference.frames_mp(arm, vector).items():
+            np.testing.assert_allclose(floats[name][row], to_floats(matrix), rtol=0, atol=ROUNDING * scale)
+
+
+def test_a_full_turn_changes_nothing(arm: Robot) -> None:
+    """Of a revolute joint that no other joint follows by a fraction."""
+    followed = any(row.type is JointType.FOLLOWER for row in arm.rows)
+    turning = [0.0 if followed or entry.type is not JointType.REVOLUTE else 2 * np.pi for entry in arm.variables]
+    q = random_poses(arm)
+
+    np.testing.assert_allclose(
+        reference.pose(arm, q), reference.pose(arm, q + np.array(turning)), atol=4 * ROUNDING * max(1.0, reach(arm))
+    )
+
+
+def test_no_tip_gets_beyond_the_reach(arm: Robot) -> None:
+    far = np.linalg.norm(reference.pose(arm, random_poses(arm, 2000))[..., :3, 3], axis=-1).max()
+
+    assert far <= reach(arm) * (1 + ROUNDING)
+
+
+def test_frames_have_the_names_of_the_model(arm: Robot) -> None:
+    names = set(reference.frames(arm, random_poses(arm, 1)))
+
+    assert names == {"base", *arm.frame_names} | (set() if arm.is_tree else {"wrist"})
+    assert reference.pose(arm, random_poses(arm, 5)).shape == (5, len(arm.tips), 4, 4)
+    assert len(reference.pose_mp(arm, random_poses(arm, 1)[0])) == len(arm.tips)
+
+
+def test_fifty_digits_are_fifty_digits() -> None:
+    """cos(0.5) of a planar arm with one link of length 1, against mpmath's own value."""
+    arm = loads(HEAD + "joints:\n  - {name: only, theta: q, d: 0, a: 1, alpha: 0}\n", "arm.yaml")
+    matrix = reference.pose_mp(arm, [0.5])[0]
+
+    with mpmath.workdps(reference.DIGITS):
+        assert abs(matrix[0, 3] - mpmath.cos(mpmath.mpf("0.5"))) < mpmath.mpf(10) ** -49
+
+
+def test_hayati_is_its_product_of_elementary_transforms() -> None:
+    steps = "[Rz(q), Tx(0.7), Rx(0.3), Ry(-0.2)]"
+    table = loads(HEAD + "joints:\n  - {name: j, convention: hayati, theta: q, a: 0.7, alpha: 0.3, beta: -0.2}\n", "x")
+    written = loads(HEAD + f"joints:\n  - {{name: j, ets: {steps}}}\n", "x")
+    q = np.linspace(-3, 3, 7)[:, None]
+
+    np.testing.assert_allclose(reference.pose(table, q), reference.pose(written, q), atol=ROUNDING)
+
+
+def test_a_follower_moves_with_its_joint() -> None:
+    first, second = "name: j, theta: q, d: 0, a: 1, alpha: 0", "name: k, theta: 0.5*j + 1, d: 0, a: 1, alpha: 0"
+    arm = loads(HEAD + f"joints:\n  - {{{first}}}\n  - {{{second}}}\n", "x")
+    found = reference.pose(arm, [[0.4]])[0, 0]
+
+    np.testing.assert_allclose(found[:2, 3], [np.cos(0.4) + np.cos(1.6), np.sin(0.4) + np.sin(1.6)], atol=ROUNDING)
+
+
+def test_parameters_can_be_given() -> None:
+    arm = loads(HEAD + "parameters: {L: 2}\njoints:\n  - {name: j, theta: q, d: 0, a: L, alpha: 0}\n", "x")
+
+    assert reference.pose(arm, [0.0])[0, 0, 0, 3] == 2.0
+    assert reference.pose(arm, [0.0], {"L": 3.0})[0, 0, 0, 3] == 3.0
+    assert reference.pose_mp(arm, [0.0], {"L": 3.0})[0][0, 3] == 3
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    arm = robot(next(path for path in ROBOTS if path.stem == "puma560"))
+
+    with pytest.raises(ValueError, match="6 joint variables, not 5"):
+        reference.pose(arm, np.zeros((3, 5)))
+    with pytest.raises(ValueError, match=r"no parameter \['a9'\]"):
+        reference.pose(arm, np.zeros(6), {"a9": 1.0})
+
+
+def test_the_tool_stands_on_the_goal() -> None:
+    """The relation of the frames with standard names, in the pose that its file states."""
+    arm = robot(next(path for path in ROBOTS if path.stem == "standard_frames"))
+    found = reference.frames(arm, [1, 3, 2])
+
+    np.testing.assert_allclose(found["tool"], found["goal"], atol=ROUNDING)
+    wrist_T_tool = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.5], [0, 0, 0, 1]])
+    station_T_goal = np.linalg.inv(found["station"]) @ found["goal"]
+    np.testing.assert_allclose(
+        np.linalg.inv(found["station"]) @ found["wrist"] @ wrist_T_tool, station_T_goal, atol=ROUNDING
+    )
+
+
+def test_the_box_has_limits_or_defaults() -> None:
+    text = (
+        "parameters: {L: 2}\njoints:\n"
+        "  - {name: a, theta: q, d: -L, a: 1, alpha: 0, limits: [-1, pi/2]}\n"
+        "  - {name: b, theta: q, d: 0, a: 0, alpha: 0}\n"
+        "  - {name: c, theta: 0, d: q - 0.5, a: 0, alpha: 0}\n"
+        "  - {name: e, theta: q, d: 0.1*q, a: 0, alpha: 0}\n"
+    )
+    arm = loads(HEAD + text, "x")
+
+    assert joint_box(arm) == ((-1.0, np.pi / 2), (-np.pi, np.pi), (-3.5, 3.5), (-np.pi, np.pi))
+    assert reach(arm) == pytest.approx(1 + 2 + (0.5 + 3.5) + 0.1 * np.pi)
+
+
+def test_a_robot_without_lengths_has_a_box_and_a_reach() -> None:
+    slide = loads(HEAD + "joints:\n  - {name: a, theta: 0, d: q, a: 0, alpha: 0}\n", "x")
+    turn = loads(HEAD + "joints:\n  - {name: a, theta: q, d: 0, a: 0, alpha: 0}\n", "x")
+
+    assert joint_box(slide) == ((-1.0, 1.0),)
+    assert reach(turn) == SMALLEST_REACH
+
+
+def test_the_reach_of_named_frames_can_be_asked_for() -> None:
+    text = "joints:\n  - {name: a, theta: q, d: 0, a: 1, alpha: 0}\nframes:\n  far: {xyz: [0, 0, 7], parent: a}\n"
+    arm = loads(HEAD + text, "x")
+
+    assert reach(arm) == 1.0
+    assert reach(arm, ["far"]) == 8.0
