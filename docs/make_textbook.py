@@ -1,0 +1,179 @@
+"""Writes docs/textbook.md: what textbooks print beside what kinegen prints, system by system, and the misprints.
+
+    python docs/make_textbook.py           rewrites the page
+    python docs/make_textbook.py --check   compares, and fails with a diff if the page is not current
+
+The printed forms come from tests/textbook/, where tests prove each of them equal to ours; ours are those of
+`kinegen show`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import sympy as sp
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # The published entries are part of the tests and in no package.
+
+from kinegen.symbolic.notation import NOTATIONS, entry_texts  # noqa: E402
+from kinegen.symbolic.pose import transform  # noqa: E402
+from kinegen.symbolic.textbook import closed_form  # noqa: E402
+from tests.textbook.catalog import (  # noqa: E402
+    NAMED_PLACES,
+    Form,
+    Misprint,
+    Place,
+    Product,
+    System,
+    misprints,
+    products,
+    robot,
+    systems,
+)
+
+PAGE = ROOT / "docs" / "textbook.md"
+WIDEST_MATRIX = 110
+WORDS = re.compile(r"\b(?!sin\b|cos\b|a(sin|cos|tan)2?\b|alpha|beta|gamma|phi|psi|theta)[a-z]{3,}\b")
+STATUS = {
+    "printed": "in print as it stands here",
+    "corrected": "in print with errors, corrected here (see the list of misprints)",
+    "derived": "not in print; derived from the table",
+}
+HEAD = """\
+# What textbooks print
+
+<!-- Written by docs/make_textbook.py; change tests/textbook/ and run `make docs`. -->
+
+For every system: the form that stands in print, with its errors corrected, and what `kinegen show` prints for the robot
+file. Both are proved equal, exactly and entry by entry, by `tests/textbook/`: sums of angles are expanded to the sines
+and cosines of single joints, and the difference is reduced to a polynomial that has to be zero.
+
+`c1`, `s23` are the cosine of the first and the sine of the sum of the second and third joint variable; an offset in the
+table is not part of it. `q1` is the first joint variable where it stands outside of sines and cosines. Entries of a
+transform are `r11` to `r33` and `px`, `py`, `pz`; the last row, 0 0 0 1, is left out.
+
+Five sets of lecture notes without a publisher are called A to E:
+
+| notes | content |
+| --- | --- |
+| A | manipulator kinematics after Craig: frames, planar, polar and spatial arms, PUMA 560, Motoman L-3, actuators |
+| B | forward kinematics and roll, pitch, yaw |
+| C | manipulator geometry: rigid displacements, classes of arms, a modified table with its offsets in the row before |
+| D | forward and inverse kinematics of the Lynxmotion AL5D |
+| E | robot manipulators: transforms, standard tables, PUMA 560, thumb, body |
+"""
+
+
+def main(arguments: list[str]) -> int:
+    """Rewrites or checks the page; returns the exit status."""
+    before = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    after = page()
+    if before == after:
+        return 0
+    if arguments == ["--check"]:
+        name = str(PAGE.relative_to(ROOT))
+        sys.stdout.writelines(difflib.unified_diff(before.splitlines(True), after.splitlines(True), name, "now"))
+        print("The page is not current: run 'make docs' and commit what it changes")
+        return 1
+    PAGE.write_text(after, encoding="utf-8", newline="\n")
+    print(PAGE.relative_to(ROOT))
+    return 0
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [HEAD, "## Systems\n", *(system_part(system) for system in systems())]
+    parts += ["## Products of elementary transforms\n", *(product_part(product) for product in products())]
+    parts += ["## Misprints\n", misprint_part(misprints())]
+    return "\n".join(parts)
+
+
+def system_part(system: System) -> str:
+    """Heading, sources and every form of one system."""
+    files = ", ".join(f"[{name}.yaml](../robots/{name}.yaml)" for name in system.robots)
+    head = f"### {system.title}\n\nRobot file: {files}. In print: {system.source}.\n"
+    symbols = {name: f"q{index}" for index, name in enumerate(system.variables, start=1)}
+    if symbols:
+        counted = f"; the shorthand counts them from {system.first}" if system.first > 1 else ""
+        head += f"Joint variables in print: {', '.join(f'`{name}`' for name in system.variables)}{counted}.\n"
+    return "\n".join([head, *(form_part(system, form, symbols) for form in system.forms)])
+
+
+def form_part(system: System, form: Form, symbols: Mapping[str, str]) -> str:
+    """One form as it stands in print, and ours."""
+    head = f"**{form.name}**, {STATUS[form.status]}:\n\n{fenced(form.entries)}\n\n"
+    arm = robot(system.robots[0])
+    command = f"kinegen show robots/{arm.name}.yaml --from {form.start} --to {form.end}"
+    if form.at_zero:
+        zero = {sp.Symbol(variable.name, real=True): 0 for variable in arm.variables}
+        matrix = transform(arm, form.start, form.end).xreplace(zero)
+        ours = {place: str(matrix[place]) for place in form.entries}
+        return f"{head}With all joint variables at zero, `{command}` becomes\n\n{fenced(ours)}\n"
+    texts = entry_texts(closed_form(arm, form.start, form.end), NOTATIONS["text"])
+    ours = {(i, j): texts[i][j] for i, j in form.entries}
+    different = {place: text for place, text in ours.items() if text != renamed(form.entries[place], symbols)}
+    if not different:
+        return f"{head}`{command}` prints the same.\n"
+    if len(different) == len(ours):
+        return f"{head}`{command}` prints\n\n{fenced(ours)}\n"
+    return f"{head}`{command}` prints the same but for\n\n{listed(different)}\n"
+
+
+def product_part(product: Product) -> str:
+    """One product as it stands in print."""
+    way = f"one row of convention `{product.row}`" if product.row else f"`{' '.join(product.steps)}`"
+    inverse = "the inverse of " if product.inverse else ""
+    status = STATUS[product.status]
+    return f"**{product.name}**, {inverse}{way}; {product.source}; {status}:\n\n{fenced(product.entries)}\n"
+
+
+def misprint_part(entries: Iterable[Misprint]) -> str:
+    """The table of misprints."""
+    rows = [
+        "What is printed wrongly in the notes, or easily read wrongly. Where the last column says so, tests prove that",
+        "the printed entry differs from the pose and that the correct one equals it.\n",
+        "| notes | where | printed | correct | kind | proved |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for entry in entries:
+        printed, correct = (text.replace("|", "\\|") for text in (code(entry.printed), code(entry.correct)))
+        proved = "yes" if entry.entry else ""
+        rows.append(f"| {entry.notes} | {entry.place} | {printed} | {correct} | {entry.kind} | {proved} |")
+    return "\n".join(rows) + "\n"
+
+
+def code(text: str) -> str:
+    """A formula in code style; words stay words."""
+    if WORDS.search(text) or not re.search(r"[*=_({]", text):
+        return re.sub(r"([*_])", r"\\\1", text)
+    return f"`{text}`"
+
+
+def renamed(text: str, symbols: Mapping[str, str]) -> str:
+    """Printed text with our symbols for the joint variables."""
+    return re.sub(r"[A-Za-z_]\w*", lambda word: symbols.get(word[0], word[0]), text)
+
+
+def fenced(entries: Mapping[Place, str]) -> str:
+    """The entries as a matrix where that is narrow enough, else one a line."""
+    if len(entries) == 12:
+        widths = [max(len(entries[i, j]) for i in range(3)) for j in range(4)]
+        if sum(widths) <= WIDEST_MATRIX:
+            lines = ("  ".join(entries[i, j].rjust(widths[j]) for j in range(4)) for i in range(3))
+            return "```text\n" + "\n".join(lines) + "\n```"
+    return listed(entries)
+
+
+def listed(entries: Mapping[Place, str]) -> str:
+    """The entries with their names, one a line."""
+    names = {place: name for name, place in NAMED_PLACES.items()}
+    return "```text\n" + "\n".join(f"{names[place]} = {text}" for place, text in entries.items()) + "\n```"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
