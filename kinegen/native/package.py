@@ -1,0 +1,78 @@
+"""A robot's compiled extension from its emitted files, and its package as a module."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import itertools
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+
+from kinegen.native.compile import Extension, Flags, compile_extension
+from kinegen.native.glue import Interface, declarations, glue
+
+_numbers = itertools.count()
+
+
+def stamp_of(sources: Mapping[str, str]) -> str:
+    """The digest by which a package recognises the extension that belongs to it.
+
+    Args:
+        sources: Emitted C files by name: those of the kernels, headers included, in any order.
+
+    Returns:
+        Sixteen hexadecimal digits.
+    """
+    digest = hashlib.sha256()
+    for name, text in sorted(sources.items()):
+        digest.update(f"{name}\0{text}\0".encode())
+    return digest.hexdigest()[:16]
+
+
+def build_extension(
+    interface: Interface, sources: Mapping[str, str], flags: Flags | None = None, cache: Path | None = None
+) -> Extension:
+    """Compile the extension of a robot.
+
+    Args:
+        interface: What its kernels offer.
+        sources: The same files that the package's stamp was taken of.
+        flags: How to compile; by default for this processor.
+        cache: Folder in which compiled extensions are kept; by default the user's cache folder.
+
+    Returns:
+        The extension, to be written as `_native.abi3.so` beside the package's `__init__.py`.
+
+    Raises:
+        CompileError: If there is no compiler, or if it refuses a file.
+    """
+    files = {**sources, **glue(interface, stamp_of(sources))}
+    return compile_extension(files, declarations(interface), f"{interface.symbol}._native", flags or Flags(), cache)
+
+
+def load_package(folder: Path) -> ModuleType:
+    """Import a package from where it lies, as a module of its own each time, whatever else bears its name.
+
+    Args:
+        folder: The package folder.
+
+    Returns:
+        The module; it stays importable by its private name, so its kernels can be pickled in this process.
+    """
+    name = f"_kinegen_{folder.name}_{next(_numbers)}"
+    spec = importlib.util.spec_from_file_location(
+        name, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{folder} is no package")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        for loaded in [other for other in sys.modules if other == name or other.startswith(f"{name}.")]:
+            del sys.modules[loaded]
+        raise
+    return module
