@@ -6,6 +6,7 @@ Joints ascend and are counted from 1 by their place in the joint vector; from te
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -41,9 +42,15 @@ class Angle:
     def __str__(self) -> str:
         text = ""
         for joint, coefficient in self.terms:
-            size = "" if abs(coefficient) == 1 else f"{float(abs(coefficient)):.6g}*"
+            size = "" if abs(coefficient) == 1 else f"{_short(abs(coefficient))}*"
             text = _joined(text, "-" if coefficient < 0 else "+", f"{size}q{joint}")
         return _joined(text, "+", self.rest) or "0"
+
+
+def _short(ratio: Fraction) -> str:
+    """`2/3` and `0.5` as people write them; a long fraction as a decimal."""
+    decimal = f"{float(ratio):.6g}"
+    return decimal if Fraction(decimal) == ratio or ratio.denominator > 999 else str(ratio)
 
 
 def _joined(left: str, sign: str, right: str) -> str:
@@ -65,17 +72,21 @@ class AngleLabels:
     """
 
     dof: int
-    _given: dict[str, Angle] = field(default_factory=dict)
+    _given: dict[Hashable, str] = field(default_factory=dict)
 
-    def label(self, angle: Angle) -> str:
-        """The short name of an angle; an angle that is no plain sum of joints is called `u1`, `u2`, ..."""
-        label = self._plain(angle)
-        if label is None or self._given.get(label, angle) != angle:
-            fallbacks = [name for name, known in self._given.items() if name.startswith("u")]
-            known = [name for name in fallbacks if self._given[name] == angle]
-            label = known[0] if known else f"u{len(fallbacks) + 1}"
-        self._given[label] = angle
-        return label
+    def label(self, angle: Angle, identity: Hashable) -> str:
+        """The short name of an angle; one that is no plain sum of joints is called `u1`, `u2`, ...
+
+        Args:
+            angle: The angle, for its name.
+            identity: What tells it from all others, which its text may not.
+        """
+        if identity not in self._given:
+            label = self._plain(angle)
+            if label is None or label in self._given.values():
+                label = f"u{sum(name.startswith('u') for name in self._given.values()) + 1}"
+            self._given[identity] = label
+        return self._given[identity]
 
     def _plain(self, angle: Angle) -> str | None:
         if angle.rest or not angle.terms or any(abs(coefficient) != 1 for _, coefficient in angle.terms):

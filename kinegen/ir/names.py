@@ -124,7 +124,7 @@ class _Naming:
 
     def _add_angle(self, number: int) -> None:
         angle = self._angle(number)
-        self.angles[number] = AngleSum(self.labels.label(angle), str(angle), len(angle.terms) > 1)
+        self.angles[number] = AngleSum(self.labels.label(angle, number), str(angle), len(angle.terms) > 1)
 
     def _angle_key(self, number: int) -> tuple[list[int], int]:
         return [joint for joint, _ in self._angle(number).terms], number

@@ -1,0 +1,200 @@
+"""One build: the stages in order, and nothing else.
+
+    load     robot file             -> Robot
+    derive   Robot                  -> Expressions, one for each quantity
+    lower    Expressions            -> Program
+    emit     Programs               -> files
+    compile  C files                -> extension (left out without a compiler)
+    prove    files, extension       -> Proof, in a staging folder
+    write    files, extension       -> the output folder, all or nothing
+
+A build that fails in any stage leaves the output folder as it was.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.vectors import emit_vectors
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python.package import emit_package
+from kinegen.emit.reals import Real
+from kinegen.errors import CompileError
+from kinegen.ir.lower import lower
+from kinegen.ir.program import AngleSum, Count, Program, count
+from kinegen.native.package import load_package, stamp_of
+from kinegen.outputs import Quantity
+from kinegen.robot.extent import reach
+from kinegen.robot.load import load
+from kinegen.robot.model import Robot
+from kinegen.verify.proof import DTYPES, Proof, prove
+from kinegen.verify.tolerances import TOLERANCES
+from kinegen.verify.vectors import compute_vectors
+from kinegen.write import Written, write_files
+
+
+@dataclass(frozen=True, slots=True)
+class BuildOptions:
+    """What a build makes.
+
+    Attributes:
+        output: Folder in which the package folder of each robot lies.
+        reals: Number types.
+        quantities: Kinematic quantities.
+        compile: Whether to build the compiled extension.
+    """
+
+    output: Path = Path("generated")
+    reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
+    quantities: tuple[Quantity, ...] = tuple(Quantity)
+    compile: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A finished stage.
+
+    Attributes:
+        name: Its name.
+        seconds: How long it took.
+        detail: What came out, in a few words.
+    """
+
+    name: str
+    seconds: float
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class BuildResult:
+    """What a build did.
+
+    Attributes:
+        robot: The robot.
+        counts: Operations of each quantity.
+        plain: Operations of the pose as a plain product of link matrices.
+        angles: The angles whose sines and cosines are taken.
+        folder: The package folder.
+        written: The files and whether each was new, changed or untouched.
+        proof: The comparisons, all of which hold.
+        backend: What the proof ran: `c`, or `numpy` without a compiler.
+        stages: The stages with their times.
+        notes: Sentences that the user should read.
+    """
+
+    robot: Robot
+    counts: dict[Quantity, Count]
+    plain: Count
+    angles: tuple[AngleSum, ...]
+    folder: Path
+    written: tuple[Written, ...]
+    proof: Proof
+    backend: str
+    stages: tuple[Stage, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Clock:
+    """Times the stages and reports each as it ends."""
+
+    report: Callable[[Stage], None]
+    stages: list[Stage] = field(default_factory=list)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[list[str]]:
+        detail: list[str] = []
+        begin = time.perf_counter()
+        yield detail
+        self.stages.append(Stage(name, time.perf_counter() - begin, ", ".join(detail)))
+        self.report(self.stages[-1])
+
+
+def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) -> BuildResult:
+    """Build the package of one robot.
+
+    Args:
+        path: The robot file.
+        options: What to make.
+        report: Called after each stage.
+
+    Returns:
+        What was done; the proof holds.
+
+    Raises:
+        KinegenError: If the file is bad, the compiler refuses, the proof fails or the folder cannot be written. The
+            output folder is then as it was.
+    """
+    clock = _Clock(report)
+    with clock.stage("load") as detail:
+        robot = load(path)
+        detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
+    with clock.stage("derive") as detail:
+        expressions = [derive(robot, quantity) for quantity in options.quantities]
+        plain = derive_plain(robot)
+        detail.append(", ".join(quantity.value for quantity in options.quantities))
+    with clock.stage("lower") as detail:
+        programs = tuple(lower(each) for each in expressions)
+        plain_count = count(lower(plain))
+        detail.append(f"{sum(len(program.statements) for program in programs)} statements")
+    with clock.stage("emit") as detail:
+        kernels = Kernels(robot, programs, _defaults(robot))
+        files = emit_all(kernels, options.reals)
+        detail.append(f"{len(files)} files")
+    with clock.stage("compile") as detail:
+        extension, notes = _compile(files, kernels, options)
+        detail.append(notes[0] if notes else "cached" if extension.cached else "C and its Python module")
+    with clock.stage("prove") as detail:
+        proof, backend = _prove(robot, files, extension.content, options)
+        detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses, {backend}")
+    with clock.stage("write") as detail:
+        written = write_files(options.output / robot.name, _contents(files, extension.content))
+        detail.append(f"{sum(entry.changed for entry in written)} changed")
+    return BuildResult(
+        robot=robot,
+        counts={program.quantity: count(program) for program in programs},
+        plain=plain_count,
+        angles=_angles(programs),
+        folder=options.output / robot.name,
+        written=written,
+        proof=proof,
+        backend=backend,
+        stages=tuple(clock.stages),
+        notes=notes,
+    )
+
+
+def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
+    """Every text file of a package, by name."""
+    vectors = compute_vectors(kernels.robot, tuple(program.quantity for program in kernels.programs))
+    sources: dict[str, str] = {}
+    for real in reals:
+        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
+    tests: dict[str, str] = {}
+    for real in reals:
+        tests |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))
+    package = emit_package(kernels, reals, stamp_of(sources))
+    return sources | tests | emit_formula(kernels) | package
+
+
+def _vector_tolerance(robot: Robot, real: Real) -> Fraction:
+    relative = TOLERANCES.double if real is Real.DOUBLE else TOLERANCES.float
+    return Fraction(relative) * max(1, Fraction(reach(robot, robot.frame_names)))
+
+
+def _defaults(robot: Robot) -> tuple[Fraction, ...]:
+    return tuple(exact_number(evaluate(parameter.value, {}, EXACT)) for parameter in robot.runtime_parameters)
+
+
+def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:
+    found = {angle.label: angle for program in programs for angle in program.angles}
+    return tuple(found.values())

@@ -1,0 +1,103 @@
+"""The batch kernels: `puma560_batch.h` and `puma560_batch.c`, for the Python module and other hosts.
+
+Poses are evaluated a tile at a time, joint by joint inside the tile, so that compilers turn the loop over the tile
+into vector code; the last tile of a batch is filled up and goes through the same code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinegen.emit.c.kernel import KernelContext, kernel_context
+from kinegen.emit.c.statements import CPrinter
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import QUANTITY_TEXT, Kernels
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Program
+from kinegen.naming import c_file, function, guard, prefix
+
+TILE = 64
+"""Poses in a tile."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchFunction:
+    """One batch kernel, printed.
+
+    Attributes:
+        name: C name.
+        scalar: Name of the scalar kernel.
+        brief: What it computes.
+        rows: Computed numbers for each configuration.
+        frames: Frames for each configuration.
+        is_pose: Whether the row-major result has the constant last rows.
+        body: Statements for one configuration of a tile.
+        stores: Assignments to the result tile.
+    """
+
+    name: str
+    scalar: str
+    brief: str
+    rows: int
+    frames: int
+    is_pose: bool
+    body: tuple[str, ...]
+    stores: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BatchContext:
+    """What the templates `c/batch.h.jinja` and `c/batch.c.jinja` are given, besides that of the scalar kernels."""
+
+    kernel: KernelContext
+    header: str
+    source: str
+    guard: str
+    title: str
+    tile: int
+    functions: tuple[BatchFunction, ...]
+
+
+def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
+    """Print the batch kernels of one number type.
+
+    Args:
+        kernels: The robot and its programs.
+        real: The number type.
+
+    Returns:
+        The header and the source, by file name.
+    """
+    robot = kernels.robot
+    kernel = kernel_context(kernels, real)
+    header = c_file(robot.name, "h", real, batch=True)
+    context = BatchContext(
+        kernel=kernel,
+        header=header,
+        source=c_file(robot.name, "c", real, batch=True),
+        guard=guard(header),
+        title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
+        tile=TILE,
+        functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+    )
+    return {
+        name: environment().get_template(template).render(
+            b=context, k=kernel, prefix=kernel.prefix, qualifier="static inline"
+        )
+        for name, template in ((context.header, "c/batch.h.jinja"), (context.source, "c/batch.c.jinja"))
+    }
+
+
+def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
+    robot = kernels.robot
+    printer = CPrinter(real, f"{prefix(robot.name, real)}_sincos", variable="q[{}][i]")
+    return BatchFunction(
+        name=function(robot.name, program.quantity.function, real, batch=True),
+        scalar=function(robot.name, program.quantity.function, real),
+        brief=QUANTITY_TEXT[program.quantity],
+        rows=len(program.outputs),
+        frames=len(program.frames),
+        is_pose=program.quantity.is_pose,
+        body=printer.lines(program),
+        stores=tuple(f"t[{row}][i] = {printer.output(operand)};" for row, operand in enumerate(program.outputs)),
+    )

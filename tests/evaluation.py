@@ -1,0 +1,44 @@
+"""Runs a program through its printed NumPy form, without files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.ir.program import Program
+from kinegen.robot.model import Robot
+
+Floats = NDArray[np.float64]
+
+
+def run(robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = ()) -> Floats:
+    """Evaluate a program.
+
+    Args:
+        robot: Its robot.
+        program: The program.
+        q: Joint vectors (N, dof).
+        defaults: Values of the runtime parameters.
+
+    Returns:
+        The computed entries (N, entries).
+    """
+    text = emit_formula(Kernels(robot, (program,), defaults))["_numpy.py"]
+    namespace: dict[str, Any] = {}
+    exec(compile(text, "_numpy.py", "exec"), namespace)  # noqa: S102 - our own output
+    formula: Callable[..., Any] = namespace[program.quantity.function]
+    names = [parameter.name for parameter in robot.runtime_parameters]
+    arguments = [SimpleNamespace(**dict(zip(names, map(float, defaults), strict=True)))] if names else []
+    rows = formula(q.T, *arguments)
+    return np.stack([np.broadcast_to(row, (len(q),)) for row in rows], axis=1)
+
+
+def as_poses(entries: Floats, frames: int) -> Floats:
+    """Entries of 3x4 matrices as (N, frames, 3, 4)."""
+    return entries.reshape(len(entries), frames, 3, 4)
