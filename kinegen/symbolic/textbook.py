@@ -7,6 +7,7 @@ brackets first in a sum, and a positive term leads where there is one.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,6 +18,9 @@ from kinegen.angles import Angle, AngleLabels
 from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import FrameName
 from kinegen.symbolic.pose import transform
+
+_TAKEN = re.compile(r"[cs]_?[um]?\d+(_?m?\d+)*|q_?\d+|r[123]{2}|p[xyz]")
+"""What a printout calls sines, cosines, joint variables and entries, with or without the underscore of an index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +59,11 @@ class Power:
 
 
 @dataclass(frozen=True, slots=True)
-class Other:
-    """A constant that has no shorter form, such as `cos(pi/7)`."""
+class Function:
+    """A function of something constant that has no shorter form, such as `cos(pi/7)`; `abs`, `cos` or `sin`."""
 
-    text: str
+    name: str
+    argument: Sum
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +81,7 @@ class Sum:
     terms: tuple[Term, ...]
 
 
-Factor = Symbol | Ratio | Pi | Root | Power | Other | Sum
+Factor = Symbol | Ratio | Pi | Root | Power | Function | Sum
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +97,7 @@ class ClosedForm:
 
     name: str
     entries: tuple[tuple[Sum, ...], ...]
-    angles: tuple[tuple[str, str], ...]
+    angles: tuple[tuple[str, Sum], ...]
     joints: tuple[tuple[int, str], ...]
 
 
@@ -111,7 +116,7 @@ def closed_form(robot: Robot, start: FrameName, end: FrameName) -> ClosedForm:
         KinegenError: If a frame does not exist.
     """
     matrix = transform(robot, start, end)
-    reader = _Reader(robot)
+    reader = Reader(robot)
     entries = tuple(tuple(reader.sum(matrix[row, column]) for column in range(4)) for row in range(3))
     numeric = all(str(frame).isdecimal() for frame in (start, end))
     return ClosedForm(
@@ -122,13 +127,26 @@ def closed_form(robot: Robot, start: FrameName, end: FrameName) -> ClosedForm:
     )
 
 
-class _Reader:
-    """Turns sympy expressions into ordered trees."""
+def printed_name(name: str) -> str:
+    """What a printout calls a parameter: its name, or `s23_` where `s23` would be taken for a sine.
+
+    No file can spell such a name, so it is still the parameter's own.
+    """
+    return f"{name}_" if _TAKEN.fullmatch(name) else name
+
+
+class Reader:
+    """Turns sympy expressions into ordered trees, and notes which angles and joint variables it met.
+
+    Attributes:
+        angles: Angle by the label of its sine and cosine.
+        joints: Joint name by number.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self.numbers = {variable.name: variable.index + 1 for variable in robot.variables}
         self.labels = AngleLabels(robot.dof)
-        self.angles: dict[str, str] = {}
+        self.angles: dict[str, Sum] = {}
         self.joints: dict[int, str] = {}
 
     def sum(self, expression: sp.Expr) -> Sum:
@@ -169,19 +187,25 @@ class _Reader:
         if expression.is_Symbol:
             if expression.name in self.numbers:
                 return self._joint(self.numbers[expression.name], expression.name)
-            return Symbol(expression.name, "parameter")
+            return Symbol(printed_name(expression.name), "parameter")
         if isinstance(expression, (sp.sin, sp.cos)) and expression.free_symbols:
             kind = "sine" if isinstance(expression, sp.sin) else "cosine"
             return Symbol(self._label(expression.args[0]), kind)
         if expression is sp.pi:
             return Pi()
-        if expression.is_Pow and expression.exp.is_Integer:
-            return Power(self.factor(expression.base), int(expression.exp))
-        if expression.is_Pow and expression.exp == sp.Rational(1, 2):
-            return Root(self.sum(expression.base))
         if expression.is_Add:
             return self.sum(expression)
-        return Other(str(expression))
+        if expression.is_Function:
+            return Function(expression.func.__name__.lower(), self.sum(expression.args[0]))
+        return self.power(expression.base, expression.exp)
+
+    def power(self, base: sp.Expr, exponent: sp.Rational) -> Factor:
+        """A power; the language of robot files has square roots only, so a fraction is a root of roots."""
+        if exponent.is_Integer:
+            return Power(self.factor(base), int(exponent))
+        if exponent < 0:
+            return Power(self.factor(base**-exponent), -1)
+        return Root(self.sum(base ** (2 * exponent)))
 
     def _joint(self, number: int, name: str) -> Symbol:
         self.joints[number] = name
@@ -197,10 +221,19 @@ class _Reader:
                 terms.append((self.numbers[symbol.name], Fraction(int(coefficient.p), int(coefficient.q))))
             else:
                 rest += part
-        found = Angle(tuple(sorted(terms)), "" if rest == 0 else str(rest))
-        label = self.labels.label(found)
-        self.angles[label] = str(found)
+        label = self.labels.label(Angle(tuple(sorted(terms)), "" if rest == 0 else str(rest)), identity=angle)
+        self.angles[label] = self.angle(angle)
         return label
+
+    def angle(self, expression: sp.Expr) -> Sum:
+        """An angle as a sum: joint variables by their numbers, then parameters, then what is constant."""
+
+        def place(term: Term) -> tuple[int, tuple[object, ...]]:
+            joints = [int(name[1:]) for name in _names(term.factors, ("joint",))]
+            parameters = _names(term.factors, ("parameter",))
+            return (0, tuple(joints)) if joints else (1, parameters) if parameters else (2, ())
+
+        return Sum(tuple(sorted(self.sum(expression).terms, key=place)))
 
 
 def _names(factors: Iterable[Factor], kinds: tuple[str, ...]) -> tuple[str, ...]:
@@ -217,13 +250,15 @@ def _factor_key(factor: Factor) -> tuple[int, tuple[tuple[int, ...], str], int]:
     match factor:
         case Symbol(name, "sine" | "cosine"):
             return 4, _joint_order(name), factor.kind == "sine"
-        case Symbol(name, kind):
-            return (2 if kind == "parameter" else 3), ((), name), 0
+        case Symbol(name, "joint"):
+            return 3, ((int(name[1:]),), name), 0
+        case Symbol(name):
+            return 2, ((), name), 0
         case Sum():
             return 6, ((), str(factor)), 0
         case Power(base, exponent):
-            rank, name, _ = _factor_key(base)
-            return rank, name, exponent
+            rank, place, _ = _factor_key(base)
+            return rank, place, exponent
         case Ratio():
             return 0, ((), ""), 0
     return 1, ((), str(factor)), 0

@@ -19,15 +19,7 @@ FORMS = [
     for form in system.forms
     if not form.at_zero
 ]
-LARGEST_DENOMINATOR = 1000
-"""The list of angles rounds factors to six digits; no robot file has finer ones."""
-
-
-def angle(text: str, names: dict[str, sp.Expr]) -> sp.Expr:
-    """An angle of the list below a closed form, its rounded factors made exact again."""
-    return sp.sympify(read(text, names, [])).replace(
-        lambda part: part.is_Rational and not part.is_Integer, lambda part: part.limit_denominator(LARGEST_DENOMINATOR)
-    )
+TEXT = NOTATIONS["text"]
 
 
 def printed(arm: Robot, form: Form) -> list[list[sp.Expr]]:
@@ -35,9 +27,10 @@ def printed(arm: Robot, form: Form) -> list[list[sp.Expr]]:
     ours = closed_form(arm, form.start, form.end)
     names = {parameter.name: sp.Symbol(parameter.name, real=True) for parameter in arm.parameters}
     names |= {f"q{variable.index + 1}": sp.Symbol(variable.name, real=True) for variable in arm.variables}
-    for label, text in ours.angles:
-        names |= {f"c{label}": sp.cos(angle(text, names)), f"s{label}": sp.sin(angle(text, names))}
-    return [[read(text, names, []) for text in row] for row in entry_texts(ours, NOTATIONS["text"])]
+    for label, angle in ours.angles:
+        value = read(TEXT.entry(angle), names, [])
+        names |= {f"c{label}": sp.cos(value), f"s{label}": sp.sin(value)}
+    return [[read(text, names, []) for text in row] for row in entry_texts(ours, TEXT)]
 
 
 @pytest.mark.parametrize(("system", "form"), FORMS)
