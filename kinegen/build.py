@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -23,22 +23,28 @@ from pathlib import Path
 
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import emit_vectors
+from kinegen.emit.c.vectors import Vectors, emit_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
+from kinegen.emit.python.package import emit_package, output_shape
 from kinegen.emit.reals import Real
-from kinegen.errors import CompileError
-from kinegen.ir.lower import lower
+from kinegen.errors import MissingToolError
+from kinegen.ir.lower import exact_number, lower
 from kinegen.ir.program import AngleSum, Count, Program, count
-from kinegen.native.package import load_package, stamp_of
+from kinegen.native.compile import EXTENSION, Extension
+from kinegen.native.glue import Interface, OutputShape
+from kinegen.native.package import build_extension, load_package, stamp_of
 from kinegen.outputs import Quantity
+from kinegen.robot.expressions import evaluate
 from kinegen.robot.extent import reach
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
-from kinegen.verify.proof import DTYPES, Proof, prove
+from kinegen.symbolic.derive import derive
+from kinegen.symbolic.plain import derive_plain
+from kinegen.symbolic.transforms import EXACT
+from kinegen.verify.proof import Proof, prove
 from kinegen.verify.tolerances import TOLERANCES
-from kinegen.verify.vectors import compute_vectors
+from kinegen.verify.vectors import vector_inputs, vector_results
 from kinegen.write import Written, write_files
 
 
@@ -151,14 +157,15 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         files = emit_all(kernels, options.reals)
         detail.append(f"{len(files)} files")
     with clock.stage("compile") as detail:
-        extension, notes = _compile(files, kernels, options)
-        detail.append(notes[0] if notes else "cached" if extension.cached else "C and its Python module")
+        extension, notes = _compile(kernels, files, options)
+        detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
-        proof, backend = _prove(robot, files, extension.content, options)
-        detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses, {backend}")
+        contents = _contents(files, extension)
+        proof, backend = _prove(robot, contents, options)
+        detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
     with clock.stage("write") as detail:
-        written = write_files(options.output / robot.name, _contents(files, extension.content))
-        detail.append(f"{sum(entry.changed for entry in written)} changed")
+        written = write_files(options.output / robot.name, contents)
+        detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,
         counts={program.quantity: count(program) for program in programs},
@@ -174,21 +181,76 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
 
 
 def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
-    """Every text file of a package, by name."""
-    vectors = compute_vectors(kernels.robot, tuple(program.quantity for program in kernels.programs))
+    """Every text file of a package, by name.
+
+    Args:
+        kernels: The robot and its programs.
+        reals: Number types.
+
+    Returns:
+        C kernels, their test vectors, and the Python module with its NumPy form.
+    """
+    sources = kernel_sources(kernels, reals)
+    quantities = tuple(program.quantity for program in kernels.programs)
+    vectors = Vectors(vector_inputs(kernels.robot), vector_results(kernels.robot, quantities))
+    files = dict(sources)
+    for real in reals:
+        files |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))
+    return files | emit_formula(kernels) | emit_package(kernels, reals, stamp_of(sources))
+
+
+def kernel_sources(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
+    """The C files that the extension is compiled from."""
     sources: dict[str, str] = {}
     for real in reals:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
-    tests: dict[str, str] = {}
-    for real in reals:
-        tests |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))
-    package = emit_package(kernels, reals, stamp_of(sources))
-    return sources | tests | emit_formula(kernels) | package
+    return sources
+
+
+def _compile(
+    kernels: Kernels, files: Mapping[str, str], options: BuildOptions
+) -> tuple[Extension | None, tuple[str, ...]]:
+    """The extension, or none and the reason."""
+    if not options.compile:
+        return None, ()
+    robot = kernels.robot
+    interface = Interface(
+        symbol=robot.name,
+        dof=robot.dof,
+        outputs=tuple(
+            OutputShape(program.quantity.function, output_shape(robot, program)) for program in kernels.programs
+        ),
+        reals=tuple(real.value for real in options.reals),
+        parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
+    )
+    sources = {name: files[name] for name in kernel_sources(kernels, options.reals)}
+    try:
+        return build_extension(interface, sources), ()
+    except MissingToolError as error:
+        return None, (f"{error.message}; the module evaluates with NumPy until then",)
+
+
+def _contents(files: Mapping[str, str], extension: Extension | None) -> dict[str, str | bytes]:
+    compiled = {} if extension is None else {EXTENSION: extension.content}
+    return {**files, **compiled}
+
+
+def _prove(robot: Robot, contents: Mapping[str, str | bytes], options: BuildOptions) -> tuple[Proof, str]:
+    """Import the package from a staging folder and hold it against the reference."""
+    with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
+        folder = Path(staging) / robot.name
+        folder.mkdir()
+        for name, content in contents.items():
+            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+        package = load_package(folder)
+        proof = prove(robot, package, options.quantities, tuple(real.value for real in options.reals))
+        proof.require(robot)
+        return proof, str(package.backend)
 
 
 def _vector_tolerance(robot: Robot, real: Real) -> Fraction:
     relative = TOLERANCES.double if real is Real.DOUBLE else TOLERANCES.float
-    return Fraction(relative) * max(1, Fraction(reach(robot, robot.frame_names)))
+    return Fraction(relative) * max(Fraction(1), Fraction(reach(robot, robot.frame_names)))
 
 
 def _defaults(robot: Robot) -> tuple[Fraction, ...]:

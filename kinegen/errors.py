@@ -34,6 +34,10 @@ class CompileError(KinegenError):
     """The C compiler is missing or refused the emitted code."""
 
 
+class MissingToolError(CompileError):
+    """Something that compiling needs is not installed; the NumPy kernels work without it."""
+
+
 class WriteError(KinegenError):
     """An output could not be written; the earlier output is untouched."""
 

@@ -7,6 +7,9 @@ from enum import StrEnum
 from fractions import Fraction
 
 
+_INFINITY = 0x7F800000
+
+
 class Real(StrEnum):
     """A number type."""
 
@@ -39,7 +42,13 @@ def _float32(value: float) -> float:
 
 def _nearest_float32(exact: Fraction, nearby: float) -> float:
     """The nearest float, found from the exact number: rounding twice, through double, can be one off."""
-    guess = _float32(nearby)
-    bits = struct.unpack("<i", struct.pack("<f", guess))[0]
-    candidates = [struct.unpack("<f", struct.pack("<i", bits + step))[0] for step in (-1, 0, 1)]
-    return float(min((c for c in candidates if c == c), key=lambda c: (abs(Fraction(c) - exact), c != guess)))
+    if exact < 0:
+        return -_nearest_float32(-exact, -nearby)
+    bits = struct.unpack("<I", struct.pack("<f", nearby))[0]
+    candidates = [_from_bits(bits + step) for step in (0, -1, 1) if 0 <= bits + step < _INFINITY]
+    # The candidate with an even last bit wins a tie.
+    return min(candidates, key=lambda c: (abs(Fraction(c) - exact), struct.unpack("<I", struct.pack("<f", c))[0] & 1))
+
+
+def _from_bits(bits: int) -> float:
+    return float(struct.unpack("<f", struct.pack("<I", bits))[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import ModuleType
@@ -18,9 +19,13 @@ from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import proof_samples, vector_samples
 from kinegen.verify.tolerances import TOLERANCES
+from kinegen.verify.vectors import quantity_frames
 
 Floats = NDArray[np.floating[Any]]
 FloatArray = NDArray[np.float64]
+
+DTYPES = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
+"""NumPy's names of the number types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +101,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         robot: The robot.
         package: Its generated package, imported.
         quantities: The quantities it was built for.
-        reals: Its number types, `float64` and `float32`.
+        reals: Its number types, `double` and `float`.
 
     Returns:
         The comparisons; see `Proof.require`.
@@ -105,39 +110,50 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     extent = reach(robot)
     comparisons: list[Comparison] = []
     for real in reals:
-        points = samples.astype(real)
+        points = samples.astype(DTYPES[real])
         known = reference.frames(robot, points.astype(np.float64))
         for quantity in quantities:
             kernel = getattr(package, quantity.function)
             expected = expected_results(robot, quantity, known)
-            for target, call in _ways(kernel, real):
+            for target, call in _ways(package, kernel, quantity, real):
                 comparisons.append(_compare(robot, quantity, target, points, call(points), expected, extent, real))
-    comparisons += [_exact(robot, package, quantity, extent) for quantity in quantities if "float64" in reals]
+    comparisons += [_exact(robot, package, quantity, extent) for quantity in quantities if "double" in reals]
     return Proof(extent, tuple(comparisons))
 
 
-def _ways(kernel: Any, real: str) -> list[tuple[str, Callable[[Floats], Floats]]]:
+def _ways(
+    package: ModuleType, kernel: Any, quantity: Quantity, real: str
+) -> list[tuple[str, Callable[[Floats], Floats]]]:
     """The ways to evaluate a kernel: compiled one by one, compiled as a batch, and in NumPy."""
-    language = {"float64": "double", "float32": "float"}[real]
-    numpy_form = kernel.without_native()
-    ways: list[tuple[str, Callable[[Floats], Floats]]] = [(f"NumPy {language}", numpy_form)]
+    ways: list[tuple[str, Callable[[Floats], Floats]]] = [(f"NumPy {real}", _numpy_form(package, kernel, quantity))]
     if kernel.backend == "c":
         ways = [
-            (f"C {language}", lambda points: np.stack([kernel(point) for point in points])),
-            (f"C {language}, batch", kernel),
+            (f"C {real}", lambda points: np.stack([kernel(point) for point in points])),
+            (f"C {real}, batch", kernel),
             *ways,
         ]
     return ways
 
 
-def frames_of(robot: Robot, quantity: Quantity) -> tuple[str, ...]:
-    """The frames for which a quantity is computed."""
-    return robot.frame_names if quantity is Quantity.FRAMES else robot.tips
+def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Callable[[Floats], Floats]:
+    """The same kernel as it would be without the compiled extension."""
+    params = getattr(package, "Params", None)
+    numpy_form: Callable[[Floats], Floats] = type(kernel)(
+        quantity.function,
+        module=package.__name__,
+        symbol="",
+        dof=kernel.dof,
+        shape=kernel.shape,
+        reals=tuple(str(dtype) for dtype in DTYPES.values()),
+        formula=getattr(sys.modules[f"{package.__name__}._numpy"], quantity.function),
+        params=params() if params else None,
+    )
+    return numpy_form
 
 
 def expected_results(robot: Robot, quantity: Quantity, known: dict[str, FloatArray]) -> FloatArray:
     """Reference results of one quantity, as matrices (N, frames, 4, 4)."""
-    return np.stack([known[frame] for frame in frames_of(robot, quantity)], axis=1)
+    return np.stack([known[frame] for frame in quantity_frames(robot, quantity)], axis=1)
 
 
 def _compare(
@@ -150,8 +166,8 @@ def _compare(
     extent: float,
     real: str,
 ) -> Comparison:
-    relative = TOLERANCES.double if real == "float64" else TOLERANCES.float
-    frames = frames_of(robot, quantity)
+    relative = TOLERANCES.double if real == "double" else TOLERANCES.float
+    frames = quantity_frames(robot, quantity)
     if quantity.is_pose:
         found = result.reshape(expected.shape).astype(np.float64)
         rotation = np.abs(found[..., :3, :3] - expected[..., :3, :3]).max(axis=(2, 3))
@@ -179,7 +195,7 @@ def _exact(robot: Robot, package: ModuleType, quantity: Quantity, extent: float)
     """The double kernel against 50 digits, which shows its own error and not the reference's rounding."""
     points = vector_samples(robot)
     kernel = getattr(package, quantity.function)
-    frames = frames_of(robot, quantity)
+    frames = quantity_frames(robot, quantity)
     width = 4 if quantity.is_pose else 1
     position, rotation, worst = 0.0, 0.0, (0.0, 0, 0)
     for row, point in enumerate(points):

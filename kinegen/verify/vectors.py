@@ -14,6 +14,8 @@ from kinegen.verify.samples import vector_samples
 
 Row = tuple[Fraction, ...]
 
+_NEGLIGIBLE = 1e-40
+
 
 def vector_inputs(robot: Robot) -> tuple[Row, ...]:
     """The joint vectors, exact; floats hold them too."""
@@ -52,6 +54,8 @@ def _entries(matrix: Any, quantity: Quantity) -> Row:
 
 
 def _fraction(value: Any) -> Fraction:
-    """The exact value of an mpmath number."""
+    """The exact value of an mpmath number; what 50 digits leave of a zero is zero."""
+    if abs(value) < _NEGLIGIBLE:
+        return Fraction(0)
     sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_  # noqa: SLF001 - mpmath offers no public way
     return (-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent

@@ -8,6 +8,7 @@ from kinegen.emit.c.statements import CPrinter, uses_sincos
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.ir.program import Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
 from kinegen.outputs import Quantity
@@ -61,9 +62,8 @@ class KernelContext:
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
-    default_bits: int
     functions: tuple[Function, ...]
-    sincos: str
+    sincos: Sincos | None
 
 
 def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -93,8 +93,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         source=c_file(robot.name, "c", real),
         guard=guard(header),
         provenance=provenance(robot),
-        title=f"Forward kinematics of {robot.name}, {real} precision" if real is Real.DOUBLE
-        else f"Forward kinematics of {robot.name}, single precision",
+        title=f"Forward kinematics of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
         description=comment_text(robot.description),
         prefix=prefix(robot.name, real),
         real=real.value,
@@ -107,15 +106,9 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         defaults=tuple(
             (name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)
         ),
-        default_bits=8 if real is Real.DOUBLE else 4,
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
-        sincos=sincos_template(real) if uses_sincos(kernels.programs) else "",
+        sincos=SINCOS[real] if uses_sincos(kernels.programs) else None,
     )
-
-
-def sincos_template(real: Real) -> str:
-    """The template of the sine-cosine function of a number type."""
-    return "c/_sincos_f64.c.jinja" if real is Real.DOUBLE else "c/_sincos_f32.c.jinja"
 
 
 def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:

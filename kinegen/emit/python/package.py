@@ -113,10 +113,16 @@ def _export_key(name: str) -> tuple[int, str]:
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
 
 
-def _public(robot: Robot, program: Program) -> PublicKernel:
+def output_shape(robot: Robot, program: Program) -> tuple[int, ...]:
+    """Shape of the result for one configuration; a single tip has no axis of its own."""
     inner = (4, 4) if program.quantity.is_pose else (3,)
     several = robot.is_tree or program.quantity is Quantity.FRAMES
-    shape = (len(program.frames), *inner) if several else inner
+    return (len(program.frames), *inner) if several else inner
+
+
+def _public(robot: Robot, program: Program) -> PublicKernel:
+    shape = output_shape(robot, program)
+    several = shape not in ((4, 4), (3,))
     order = "FRAMES" if program.quantity is Quantity.FRAMES else "TIPS"
     text = ", ".join(str(extent) for extent in shape)
     return PublicKernel(
