@@ -1,0 +1,54 @@
+"""The made-up robots, built once for all tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from kinegen.native.package import load_package
+from tests.native.sample import Sample
+
+SAMPLES = {
+    "chain": Sample("chain"),
+    "tree": Sample("tree", tips=3),
+    "fixed": Sample("fixed", dof=0),
+    "runtime": Sample("runtime", parameter=True),
+    "runtime_tree": Sample("runtime_tree", dof=2, tips=2, parameter=True),
+    "double": Sample("double", reals=("double",)),
+    "single": Sample("single", reals=("float",), parameter=True),
+}
+
+
+@pytest.fixture(scope="session")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache of compiled extensions for these tests alone."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="session")
+def load(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Callable[[str, str], ModuleType]:
+    """Build and import a sample for a backend; each once."""
+    known: dict[tuple[str, str], ModuleType] = {}
+
+    def get(name: str, backend: str) -> ModuleType:
+        if (name, backend) not in known:
+            folder = SAMPLES[name].write(tmp_path_factory.mktemp(backend), cache, native=backend == "c")
+            known[name, backend] = load_package(folder)
+        return known[name, backend]
+
+    return get
+
+
+@pytest.fixture(params=["c", "numpy"])
+def backend(request: pytest.FixtureRequest) -> str:
+    """Both ways to compute."""
+    return str(request.param)
+
+
+@pytest.fixture
+def chain(load: Callable[[str, str], ModuleType], backend: str) -> ModuleType:
+    """A chain of three joints."""
+    return load("chain", backend)
