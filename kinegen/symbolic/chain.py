@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from kinegen.errors import KinegenError
 from kinegen.robot.model import BASE, TOOL, WRIST, Robot
 from kinegen.symbolic.transforms import Elementary, Values, inverse, row_transforms, step_transforms
@@ -30,9 +32,7 @@ def transforms_between(robot: Robot, start: FrameName, end: FrameName, values: V
     return tuple(step for link in links_between(robot, start, end, values) for step in link)
 
 
-def links_between(
-    robot: Robot, start: FrameName, end: FrameName, values: Values
-) -> tuple[tuple[Elementary, ...], ...]:
+def links_between(robot: Robot, start: FrameName, end: FrameName, values: Values) -> tuple[tuple[Elementary, ...], ...]:
     """The same, link by link: one sequence for each frame on the way."""
     up = _ancestry(robot, _resolve(robot, start))
     down = _ancestry(robot, _resolve(robot, end))
@@ -40,6 +40,29 @@ def links_between(
         up, down = up[1:], down[1:]
     climb = [tuple(inverse(step) for step in reversed(_link(robot, name, values))) for name in reversed(up)]
     return (*climb, *(_link(robot, name, values) for name in down))
+
+
+def frames_between(robot: Robot, start: FrameName, end: FrameName) -> tuple[tuple[str, str], ...]:
+    """The links on the way between two frames, in order, each as the frame it starts from and the frame it reaches.
+
+    Args:
+        robot: The robot.
+        start: Frame from which the way leads.
+        end: Frame to which it leads.
+
+    Returns:
+        Pairs of parent and child, also where the way climbs from a child to its parent; the frame after the fixed base
+        transform is called 0.
+
+    Raises:
+        KinegenError: If a frame does not exist.
+    """
+    up = [BASE, *_ancestry(robot, _resolve(robot, start))]
+    down = [BASE, *_ancestry(robot, _resolve(robot, end))]
+    while len(up) > 1 and len(down) > 1 and up[1] == down[1]:
+        up, down = up[1:], down[1:]
+    climbed = list(itertools.pairwise(up))[::-1]
+    return (*climbed, *itertools.pairwise(down))
 
 
 def _resolve(robot: Robot, frame: FrameName) -> str:

@@ -21,7 +21,7 @@ class Notation(ABC):
         plus: Stands before a term that is added.
         minus: Stands before a term that is taken away.
         negative: Stands before a first term that is taken away.
-        quarters: Whether small halves and quarters, such as 3/2, stay fractions; other finite decimals never do.
+        quarters: Whether small halves and quarters, such as 3/2, stay fractions where they stand alone.
     """
 
     times = "*"
@@ -51,7 +51,7 @@ class Notation(ABC):
         over = [factor for factor in term.factors if not _is_under(factor)]
         under = [_inverted(factor) for factor in term.factors if _is_under(factor)]
         ratios = [factor for factor in over if isinstance(factor, Ratio)]
-        if ratios and ratios[0].value.denominator != 1 and not self.decimal(ratios[0].value):
+        if ratios and ratios[0].value.denominator != 1 and not self.decimal(ratios[0].value, term):
             over.remove(ratios[0])
             over += [Ratio(Fraction(ratios[0].value.numerator))] if ratios[0].value.numerator != 1 else []
             over.sort(key=lambda factor: not isinstance(factor, Ratio))
@@ -80,10 +80,16 @@ class Notation(ABC):
             case Sum():
                 return self.brackets(self.entry(factor)) if in_product else self.entry(factor)
 
-    def decimal(self, value: Fraction) -> str:
-        """A finite decimal, or nothing for a number that is better written as an integer or a fraction."""
+    def decimal(self, value: Fraction, term: Term | None = None) -> str:
+        """A finite decimal, or nothing for a number that is better written as an integer or a fraction.
+
+        Args:
+            value: The number.
+            term: The product in which it stands, if it does not stand alone.
+        """
         denominator = value.denominator
-        if denominator == 1 or (self.quarters and denominator in (2, 4) and abs(value.numerator) < 10):
+        small = denominator in (2, 4) and abs(value.numerator) < 10
+        if denominator == 1 or (small and (self.quarters or (term is not None and len(term.factors) > 1))):
             return ""
         places = next((n for n in range(1, _LONGEST_DECIMAL + 1) if 10**n % denominator == 0), 0)
         if not places:

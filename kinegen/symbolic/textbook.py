@@ -101,13 +101,14 @@ class ClosedForm:
     joints: tuple[tuple[int, str], ...]
 
 
-def closed_form(robot: Robot, start: FrameName, end: FrameName) -> ClosedForm:
+def closed_form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels | None = None) -> ClosedForm:
     """Write a transform between two frames as a textbook would.
 
     Args:
         robot: The robot; its parameters stay symbols.
         start: Frame of reference, by name or row number.
         end: Frame that is reached.
+        labels: Names of angles, to be shared by forms that are printed together.
 
     Returns:
         The entries of `start_T_end`, factored.
@@ -116,13 +117,12 @@ def closed_form(robot: Robot, start: FrameName, end: FrameName) -> ClosedForm:
         KinegenError: If a frame does not exist.
     """
     matrix = transform(robot, start, end)
-    reader = Reader(robot)
+    reader = Reader(robot, labels)
     entries = tuple(tuple(reader.sum(matrix[row, column]) for column in range(4)) for row in range(3))
-    numeric = all(str(frame).isdecimal() for frame in (start, end))
     return ClosedForm(
-        name=f"{start}T{end}" if numeric else f"{start}_T_{end}",
+        name=transform_name(start, end),
         entries=entries,
-        angles=tuple(sorted(reader.angles.items(), key=lambda item: (len(item[0]), item[0]))),
+        angles=tuple(sorted(reader.angles.items(), key=lambda item: label_order(item[0]))),
         joints=tuple(sorted(reader.joints.items())),
     )
 
@@ -135,6 +135,17 @@ def printed_name(name: str) -> str:
     return f"{name}_" if _TAKEN.fullmatch(name) else name
 
 
+def transform_name(start: FrameName, end: FrameName) -> str:
+    """`base_T_tool`, or `3T6` between rows."""
+    numeric = str(start).isdecimal() and str(end).isdecimal()
+    return f"{start}T{end}" if numeric else f"{start}_T_{end}"
+
+
+def label_order(label: str) -> tuple[int, str]:
+    """The order in which angles are listed: single joints first, long sums last."""
+    return len(label), label
+
+
 class Reader:
     """Turns sympy expressions into ordered trees, and notes which angles and joint variables it met.
 
@@ -143,9 +154,9 @@ class Reader:
         joints: Joint name by number.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, labels: AngleLabels | None = None) -> None:
         self.numbers = {variable.name: variable.index + 1 for variable in robot.variables}
-        self.labels = AngleLabels(robot.dof)
+        self.labels = labels or AngleLabels(robot.dof)
         self.angles: dict[str, Sum] = {}
         self.joints: dict[int, str] = {}
 

@@ -1,0 +1,126 @@
+"""Everything that `kinegen show` prints about a robot, as ordered trees: the table, link matrices, closed forms.
+
+In: a robot and two frames. Out: one record, which every notation lays out in its own way. A product that no page could
+hold is left as a product of shorter ones.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+from kinegen.angles import AngleLabels
+from kinegen.robot.model import BASE, TOOL, Robot
+from kinegen.symbolic.chain import FrameName, frames_between, transforms_between
+from kinegen.symbolic.fold import fold
+from kinegen.symbolic.table import Table, read_table
+from kinegen.symbolic.textbook import ClosedForm, Sum, closed_form, label_order, transform_name
+from kinegen.symbolic.transforms import symbols
+
+MOST_TURNS = 10
+"""A product of more turns, which doubles its length with every other one, is printed in parts."""
+
+TURNS_OF_A_PART = 7
+"""As many as an arm has that people know how to read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """A transform as a product of closed forms, of which there is one unless it is long.
+
+    Attributes:
+        name: Such as `base_T_tool`.
+        factors: From left to right.
+    """
+
+    name: str
+    factors: tuple[ClosedForm, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """What is printed.
+
+    Attributes:
+        robot: The robot.
+        table: Its table.
+        links: The link matrices on the way; empty unless asked for.
+        products: One for each tip, or the one asked for.
+        angles: Label and angle of every sine and cosine that occurs.
+    """
+
+    robot: Robot
+    table: Table
+    links: tuple[ClosedForm, ...]
+    products: tuple[Product, ...]
+    angles: tuple[tuple[str, Sum], ...]
+
+
+def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, steps: bool = False) -> Sheet:
+    """Gather what is to be printed.
+
+    Args:
+        robot: The robot.
+        start: Frame of reference; the base if left out.
+        end: Frame that is reached; the tool, or every tip of a tree, if left out.
+        steps: Whether to add every link matrix on the way.
+
+    Raises:
+        KinegenError: If a frame does not exist.
+    """
+    labels = AngleLabels(robot.dof)
+    begin = BASE if start is None else start
+    ends: tuple[FrameName, ...] = robot.tips if end is None else (end,)
+    ways = [frames_between(robot, begin, tip) for tip in ends]
+    pairs = dict.fromkeys(pair for way in ways for pair in way if steps and _is_link(robot, pair))
+    links = tuple(closed_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
+    products = tuple(_product(robot, begin, tip, labels) for tip in ends)
+    forms = (*links, *(form for product in products for form in product.factors))
+    found = {label: angle for form in forms for label, angle in form.angles}
+    return Sheet(
+        robot=robot,
+        table=read_table(robot),
+        links=links,
+        products=products,
+        angles=tuple(sorted(found.items(), key=lambda item: label_order(item[0]))),
+    )
+
+
+def _product(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels) -> Product:
+    cuts = _cuts(robot, start, end)
+    factors = tuple(closed_form(robot, left, right, labels) for left, right in itertools.pairwise(cuts))
+    return Product(transform_name(start, end), factors)
+
+
+def _cuts(robot: Robot, start: FrameName, end: FrameName) -> tuple[FrameName, ...]:
+    """The frames at which a product is cut into parts, with both of its ends."""
+    if _turns(robot, start, end) <= MOST_TURNS:
+        return start, end
+    ancestors = {child: parent for parent, child in frames_between(robot, BASE, end)}
+    stations = [start]
+    before = start
+    for parent, child in frames_between(robot, start, end):
+        reached = child if ancestors.get(child) == parent else parent
+        if _turns(robot, stations[-1], reached) > TURNS_OF_A_PART and before != stations[-1]:
+            stations.append(before)
+        before = _number(robot, reached)
+    return (*stations, end)
+
+
+def _turns(robot: Robot, start: FrameName, end: FrameName) -> int:
+    return len(fold(transforms_between(robot, start, end, symbols(robot, keep_parameters=True))).turns)
+
+
+def _is_link(robot: Robot, pair: tuple[str, str]) -> bool:
+    """Whether two frames are joined by something; base and tool often are not."""
+    if pair == (BASE, "0"):
+        return bool(robot.base)
+    return pair[1] != TOOL or bool(robot.tool)
+
+
+def _numbered(robot: Robot, pair: tuple[str, str]) -> tuple[FrameName, FrameName]:
+    return _number(robot, pair[0]), _number(robot, pair[1])
+
+
+def _number(robot: Robot, frame: FrameName) -> FrameName:
+    return next((row.number for row in robot.rows if row.name == frame), frame)

@@ -1,0 +1,150 @@
+"""The table as people read it: in the units of the file, joint variables by number, constants as written.
+
+In: a robot. Out: its rows, fixed transforms and parameters as ordered trees, which `notation` prints. What the kernels
+take in radians is turned back into the units of the file, exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Robot, Row, Step
+from kinegen.symbolic.textbook import Reader, Sum, printed_name
+from kinegen.symbolic.transforms import EXACT, symbols
+
+COLUMNS = ("alpha", "a", "d", "theta", "beta")
+"""The entries of a row, in the order in which they are printed."""
+
+_ANGLES = frozenset({"alpha", "theta", "beta"})
+
+
+@dataclass(frozen=True, slots=True)
+class TableStep:
+    """One elementary transform, such as `Rz` with its value."""
+
+    kind: str
+    value: Sum
+
+
+@dataclass(frozen=True, slots=True)
+class TableRow:
+    """One row.
+
+    Attributes:
+        number: Its place, from 1.
+        name: Joint name.
+        parent: Frame from which it leads on.
+        convention: Its convention.
+        entries: One for each of the table's columns; None where the convention has no such entry.
+        steps: The elementary sequence; empty for the table conventions.
+    """
+
+    number: int
+    name: str
+    parent: str
+    convention: Convention
+    entries: tuple[Sum | None, ...]
+    steps: tuple[TableStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TableFrame:
+    """A fixed transform: base, tool or a named frame, with the frame on which it stands."""
+
+    name: str
+    parent: str
+    steps: tuple[TableStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TableParameter:
+    """A parameter as it is printed, its value, and the unit of that."""
+
+    name: str
+    value: Sum
+    unit: str
+    runtime: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A whole table.
+
+    Attributes:
+        columns: Those of `COLUMNS` that occur; none if every row is an elementary sequence.
+        rows: In the order of the file.
+        frames: Fixed transforms that do something, and all named frames.
+        parameters: In the order of the file.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[TableRow, ...]
+    frames: tuple[TableFrame, ...]
+    parameters: tuple[TableParameter, ...]
+
+
+def read_table(robot: Robot) -> Table:
+    """Turn a robot back into the table that its owner wrote."""
+    units = _FileUnits(robot)
+    columns = tuple(column for column in COLUMNS if any(getattr(row, column) is not None for row in robot.rows))
+    last = robot.rows[-1].name if robot.rows else BASE
+    fixed = [("0", BASE, robot.base), (TOOL, last, robot.tool)]
+    frames = [TableFrame(name, parent, units.steps(steps)) for name, parent, steps in fixed if steps]
+    frames += [TableFrame(frame.name, frame.parent, units.steps(frame.steps)) for frame in robot.frames]
+    return Table(
+        columns=columns,
+        rows=tuple(_row(row, columns, units) for row in robot.rows),
+        frames=tuple(frames),
+        parameters=tuple(
+            TableParameter(
+                name=printed_name(parameter.name),
+                value=units.value(parameter.value, parameter.dimension),
+                unit=unit_of(robot, parameter.dimension),
+                runtime=parameter.runtime,
+            )
+            for parameter in robot.parameters
+        ),
+    )
+
+
+def unit_of(robot: Robot, dimension: Dimension) -> str:
+    """The unit of the file in which something is written; empty for a number."""
+    return {Dimension.LENGTH: robot.units.length, Dimension.ANGLE: robot.units.angle, Dimension.NUMBER: ""}[dimension]
+
+
+def _row(row: Row, columns: tuple[str, ...], units: _FileUnits) -> TableRow:
+    entries: list[Sum | None] = []
+    for column in columns:
+        entry = getattr(row, column)
+        dimension = Dimension.ANGLE if column in _ANGLES else Dimension.LENGTH
+        entries.append(None if entry is None else units.value(entry, dimension))
+    return TableRow(row.number, row.name, row.parent, row.convention, tuple(entries), units.steps(row.steps))
+
+
+class _FileUnits:
+    """Reads expressions in kernel units as the file wrote them."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.values = symbols(robot, keep_parameters=True)
+        self.reader = Reader(robot)
+        self.degrees = robot.units.angle == "deg"
+        turning = [variable.name for variable in robot.variables if variable.type is not JointType.PRISMATIC]
+        turning += [parameter.name for parameter in robot.parameters if parameter.dimension is Dimension.ANGLE]
+        self.angles = {self.values[name]: self.values[name] * sp.pi / 180 for name in turning}
+
+    def value(self, expression: Expression, dimension: Dimension) -> Sum:
+        """One entry; only what is an angle counts in degrees."""
+        exact = sp.expand(evaluate(expression, self.values, EXACT))
+        if self.degrees and dimension is Dimension.ANGLE:
+            exact = sp.expand(exact.xreplace(self.angles) * 180 / sp.pi)
+        return self.reader.angle(exact)
+
+    def steps(self, steps: tuple[Step, ...]) -> tuple[TableStep, ...]:
+        """An elementary sequence."""
+        return tuple(
+            TableStep(step.kind, self.value(step.value, Dimension.ANGLE if step.kind.is_rotation else Dimension.LENGTH))
+            for step in steps
+        )
