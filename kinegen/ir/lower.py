@@ -7,6 +7,7 @@ sympy's own ordering or by hashes. This is the last module that imports sympy.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -40,6 +41,7 @@ def lower(expressions: Expressions) -> Program:
         lowering.known[variable] = (1, lowering.values.variable(index))
     for parameter in expressions.parameters:
         lowering.known[parameter] = (1, lowering.values.parameter(parameter.name))
+    lowering.number_angles((*(expression for _, expression in expressions.definitions), *expressions.entries))
     for symbol, expression in expressions.definitions:
         lowering.known[symbol] = lowering.value(expression)
     outputs = [lowering.value(entry) for entry in expressions.entries]
@@ -68,7 +70,7 @@ class _Lowering:
         if not expression.free_symbols:
             return self.values.constant(exact_number(expression))
         if isinstance(expression, sp.Add):
-            return self.values.total([self.value(term) for term in expression.args])
+            return self.values.total([self.value(term) for term in sorted(expression.args, key=self._rank)])
         if isinstance(expression, sp.Mul):
             return self._product(expression)
         if isinstance(expression, sp.Pow) and expression.exp.is_Integer:
@@ -80,10 +82,32 @@ class _Lowering:
             return 1, self.values.apply(Operator.COS, self.value(expression.args[0])[1])
         raise KinegenError(f"a kernel cannot evaluate '{expression}': runtime parameters allow + - * / only")
 
+    def number_angles(self, expressions: Iterable[sp.Expr]) -> None:
+        """Number all sines and cosines, by the joints in their angles, before anything is made of them."""
+        found = {atom for expression in expressions for atom in expression.atoms(sp.sin, sp.cos) if atom.free_symbols}
+        for atom in sorted(found, key=lambda atom: (self._angle_rank(atom.args[0]), isinstance(atom, sp.cos))):
+            self.value(atom)
+
+    def _angle_rank(self, angle: sp.Expr) -> list[tuple[int, str]]:
+        """The place of an angle among others: by its joint variables and what they are multiplied by."""
+        terms = (term.as_coeff_Mul() for term in sp.Add.make_args(angle))
+        return sorted((max(self._rank(core)), str(coefficient)) for coefficient, core in terms)
+
+    def _rank(self, expression: sp.Expr) -> tuple[int, ...]:
+        """The place of a term or factor among others: by the values in it, whatever sympy's own order is."""
+        if expression.is_Symbol:
+            return (self.known[expression][1],)
+        if not expression.free_symbols:
+            return (-1,)
+        if isinstance(expression, (sp.sin, sp.cos)):
+            angle = self.value(expression.args[0])[1]
+            return (self.values.apply(Operator.SIN if isinstance(expression, sp.sin) else Operator.COS, angle),)
+        return tuple(sorted(number for argument in expression.args for number in self._rank(argument)))
+
     def _product(self, expression: sp.Mul) -> Value:
         """Constant factors are one constant, so that exact numbers are rounded once."""
         constant, moving = expression.as_independent(*expression.free_symbols, as_Add=False)
-        factors = [self.value(factor) for factor in sp.Mul.make_args(moving)]
+        factors = [self.value(factor) for factor in sorted(sp.Mul.make_args(moving), key=self._rank)]
         if constant != 1:
             factors.append(self.values.constant(exact_number(constant)))
         return self.values.product(factors)

@@ -78,11 +78,11 @@ class _Naming:
         """Live operations: everything that leads to a sine or cosine first, then the rest as it was defined."""
         live = self._needed(outputs)
         trigonometric = [number for number in live if self._operator(number) in _TRIGONOMETRIC]
-        for number in trigonometric:
-            self._add_angle(self._node(number).operands[0])
         early = self._needed(trigonometric)
-        rank = {angle: place for place, angle in enumerate(sorted(self.angles, key=self._angle_key))}
-        self.angles = {angle: self.angles[angle] for angle in rank}
+        angles = {self._node(number).operands[0] for number in trigonometric}
+        for angle in sorted(angles, key=self._angle_key):
+            self._add_angle(angle)
+        rank = {angle: place for place, angle in enumerate(self.angles)}
         pairs = sorted(
             trigonometric,
             key=lambda number: (rank[self._node(number).operands[0]], self._operator(number) is Operator.COS),
