@@ -20,7 +20,7 @@ import cffi
 import numpy as np
 from cffi.recompiler import make_c_source
 
-from kinegen.errors import CompileError
+from kinegen.errors import CompileError, MissingToolError
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import Compiler, find_compiler, processor
 from kinegen.native.glue import GLUE, HEADER
@@ -29,6 +29,7 @@ EXTENSION = "_native.abi3.so"
 """File name of the extension in a package."""
 
 _WRAPPER = "kinegen_cffi.c"
+_PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
 
 
@@ -138,12 +139,15 @@ def _write_wrapper(path: Path, cdef: str, module: str) -> None:
 
 
 def _includes() -> tuple[str, ...]:
-    return (*dict.fromkeys(sysconfig.get_path(name) for name in ("include", "platinclude")), np.get_include())
+    """Where headers are looked for; those of Python may have been put into the virtual environment."""
+    own = Path(sys.prefix) / "include"
+    python = (*(sysconfig.get_path(name) for name in ("include", "platinclude")), str(own / _PYTHON), str(own))
+    return (*dict.fromkeys(python), np.get_include())
 
 
 def _check_headers() -> None:
     if not any((Path(folder) / "Python.h").is_file() for folder in _includes()):
-        raise CompileError(
+        raise MissingToolError(
             f"the headers of Python are missing (no Python.h in {_includes()[0]}): "
             "install them, for example with `apt install python3-dev`, or leave compiling out with --no-compile"
         )
