@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from kinegen.errors import CompileError
+from kinegen.errors import CompileError, MissingToolError
 
 _NAMES = ("cc", "gcc", "clang")
 _LINES = 3
@@ -65,7 +65,7 @@ def find_compiler() -> Compiler:
             done = _run((*command, "--version"), Path.cwd())
             return Compiler(tuple(command), done.stdout + done.stderr)
     wanted = f"CC names {named[0]}, which does not exist" if named else f"none of {', '.join(_NAMES)} was found"
-    raise CompileError(f"there is no C compiler ({wanted}): install one, for example with `apt install gcc`")
+    raise MissingToolError(f"there is no C compiler ({wanted}): install one, for example with `apt install gcc`")
 
 
 def _run(command: tuple[str, ...], folder: Path) -> subprocess.CompletedProcess[str]:
