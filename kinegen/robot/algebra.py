@@ -144,18 +144,22 @@ def power(base: Expression, exponent: int) -> Expression:
 
 def names(expression: Expression) -> tuple[str, ...]:
     """The names in an expression, in order of appearance, each once."""
+    found: dict[str, None] = {}
+    _gather(expression, found)
+    return tuple(found)
+
+
+def _gather(expression: Expression, found: dict[str, None]) -> None:
     match expression:
         case Name(name):
-            found: tuple[str, ...] = (name,)
+            found[name] = None
         case Sum(parts) | Product(parts):
-            found = tuple(name for part in parts for name in names(part))
-        case Power(base, _):
-            found = names(base)
-        case Call(_, argument):
-            found = names(argument)
+            for part in parts:
+                _gather(part, found)
+        case Power(inner, _) | Call(_, inner):
+            _gather(inner, found)
         case _:
-            found = ()
-    return tuple(dict.fromkeys(found))
+            pass
 
 
 def largest_number(expression: Expression) -> int:
@@ -218,14 +222,12 @@ def linear(expression: Expression, variables: frozenset[str]) -> tuple[dict[str,
         case Name(name) if name in variables:
             return {name: ONE}, ZERO
         case Sum(parts):
-            coefficients: dict[str, Expression] = {}
-            offset: Expression = ZERO
-            for part in parts:
-                found, rest = linear(part, variables)
-                for name, coefficient in found.items():
-                    coefficients[name] = add(coefficients.get(name, ZERO), coefficient)
-                offset = add(offset, rest)
-            return coefficients, offset
+            halves = [linear(part, variables) for part in parts]
+            found: dict[str, list[Expression]] = {}
+            for coefficients, _ in halves:
+                for name, coefficient in coefficients.items():
+                    found.setdefault(name, []).append(coefficient)
+            return {name: add(*values) for name, values in found.items()}, add(*(rest for _, rest in halves))
         case Product(parts):
             return _linear_product(parts, variables)
         case _:

@@ -98,17 +98,17 @@ class _Uses:
         """Decide which factor of each product of several names has the dimension of the slot."""
         while self._open:
             candidates, dimension, line = self._open.pop(0)
-            known = {name: self._known(name) for factor in candidates for name in names(factor)}
-            fitting = [f for f in candidates if any(dimension in known[name] for name in names(f))]
-            unknown = [f for f in candidates if not any(known[name] for name in names(f))]
+            known = [frozenset[Dimension]().union(*map(self._known, names(factor))) for factor in candidates]
+            fitting = [i for i, found in enumerate(known) if dimension in found]
+            unknown = [i for i, found in enumerate(known) if not found]
             if not fitting and len(unknown) > 1 and dimension is Dimension.ANGLE:
-                words = " or ".join(f"'{name}'" for factor in unknown for name in names(factor))
-                fail(f"cannot tell which is the angle, {words}; give the parameters a dimension", line)
+                words = dict.fromkeys(f"'{name}'" for i in unknown for name in names(candidates[i]))
+                fail(f"cannot tell which is the angle, {' or '.join(words)}; give the parameters a dimension", line)
             chosen = (fitting or unknown)[-1:]
-            for factor in candidates:
-                if factor in chosen:
+            for i, factor in enumerate(candidates):
+                if i in chosen:
                     self.visit(factor, dimension, line)
-                elif factor in unknown:
+                elif i in unknown:
                     self.note_all(factor, Dimension.NUMBER, line)
 
     def _known(self, name: str) -> frozenset[Dimension]:

@@ -199,6 +199,8 @@ def _convert(node: ast.expr, exact: list[Fraction], depth: int) -> Expression:
             return Number(exact[index])
         case ast.Name("v_pi"):
             return PI
+        case ast.Name(name) if (word := name.removeprefix("v_")) in FUNCTIONS:
+            raise ExpressionError(f"{word} needs a value, as in {word}(2)")
         case ast.Name(name):
             return Name(name.removeprefix("v_"))
         case ast.UnaryOp(ast.UAdd(), operand):

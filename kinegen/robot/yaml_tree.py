@@ -17,8 +17,11 @@ from kinegen.robot.fields import fail, quote
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 12
-MAX_NODES = 20_000
-"""Nodes after aliases are written out, so that a file of aliases to aliases ends here."""
+MAX_SIZE = 80_000
+"""Characters of all entries after aliases are written out; it bounds the work on a file, however it is written."""
+
+NODE_SIZE = 4
+"""What a node adds to its characters, so that empty lists cost something too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +30,11 @@ class Scalar:
 
     text: str
     line: int
-    size: int = 1
+
+    @property
+    def size(self) -> int:
+        """Its share of `MAX_SIZE`; lists and mappings have theirs with all that is in them."""
+        return NODE_SIZE + len(self.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +141,7 @@ class _Composer:
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
         self._anchors: dict[str, Node] = {}
-        self._nodes = 0
+        self._size = 0
 
     def document(self) -> Node | None:
         """The only document of the stream, or None if there is none."""
@@ -154,14 +161,16 @@ class _Composer:
             return self._alias(str(event.anchor), line)
         if event.tag is not None:
             fail(f"YAML tag {quote(event.tag)} is not allowed; a robot file holds plain data", line)
-        self._count(1, line)
         node: Node
         if isinstance(event, yaml.ScalarEvent):
             node = Scalar(event.value, line)
+            self._count(node.size, line)
         elif isinstance(event, yaml.SequenceStartEvent):
+            self._count(NODE_SIZE, line)
             items = tuple(self._children(yaml.SequenceEndEvent, depth))
-            node = Sequence(items, line, 1 + sum(item.size for item in items))
+            node = Sequence(items, line, NODE_SIZE + sum(item.size for item in items))
         else:
+            self._count(NODE_SIZE, line)
             node = self._mapping(line, depth)
         if event.anchor is not None:
             self._anchors[event.anchor] = node
@@ -175,9 +184,9 @@ class _Composer:
         return node
 
     def _count(self, more: int, line: int) -> None:
-        self._nodes += more
-        if self._nodes > MAX_NODES:
-            fail(f"the file has more than {MAX_NODES} entries, counting each alias in full", line)
+        self._size += more
+        if self._size > MAX_SIZE:
+            fail(f"the entries up to here hold more than {MAX_SIZE} characters, counting each alias in full", line)
 
     def _children(self, end: type, depth: int) -> Iterator[Node]:
         for event in self._events:
@@ -197,5 +206,5 @@ class _Composer:
                 first = entries[key.text][0].line
                 fail(f"key {quote(key.text)} stands twice in one mapping (first on line {first})", key.line)
             entries[key.text] = (key, next(children))
-        size = 1 + sum(key.size + value.size for key, value in entries.values())
+        size = NODE_SIZE + sum(key.size + value.size for key, value in entries.values())
         return Mapping(tuple(entries.values()), line, size)
