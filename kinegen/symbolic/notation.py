@@ -107,8 +107,8 @@ class Latex(Notation):
         return rf"\left|{inside}\right|" if name == "abs" else rf"\{name}{self.brackets(inside)}"
 
     def brackets(self, inside: str) -> str:
-        r"""`\left(a + b\right)`."""
-        return rf"\left({inside}\right)"
+        r"""`(a + b)`, or `\left(\frac{a}{2} + b\right)`; lines can be broken between brackets that do not grow."""
+        return rf"\left({inside}\right)" if r"\frac" in inside or r"\sqrt" in inside else f"({inside})"
 
 
 def _index(label: str) -> str:

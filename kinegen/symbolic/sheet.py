@@ -61,7 +61,7 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
 
     Args:
         robot: The robot.
-        start: Frame of reference; the base if left out.
+        start: Frame of reference; if left out the base, which is frame 0 where nothing lies between the two.
         end: Frame that is reached; the tool, or every tip of a tree, if left out.
         steps: Whether to add every link matrix on the way.
 
@@ -69,12 +69,14 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
         KinegenError: If a frame does not exist.
     """
     labels = AngleLabels(robot.dof)
-    begin = BASE if start is None else start
+    begin = start if start is not None else 0 if str(end).isdecimal() and not robot.base else BASE
     ends: tuple[FrameName, ...] = robot.tips if end is None else (end,)
     ways = [frames_between(robot, begin, tip) for tip in ends]
     pairs = dict.fromkeys(pair for way in ways for pair in way if steps and _is_link(robot, pair))
-    links = tuple(closed_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
+    matrices = tuple(closed_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
     products = tuple(_product(robot, begin, tip, labels) for tip in ends)
+    # A way of one link is its link matrix.
+    links = tuple(form for form in matrices if all(form not in product.factors for product in products))
     forms = (*links, *(form for product in products for form in product.factors))
     found = {label: angle for form in forms for label, angle in form.angles}
     return Sheet(

@@ -141,9 +141,9 @@ def transform_name(start: FrameName, end: FrameName) -> str:
     return f"{start}T{end}" if numeric else f"{start}_T_{end}"
 
 
-def label_order(label: str) -> tuple[int, str]:
-    """The order in which angles are listed: single joints first, long sums last."""
-    return len(label), label
+def label_order(label: str) -> tuple[bool, int, str]:
+    """The order in which angles are listed: single joints, then short sums, long sums, and angles without a name."""
+    return label.startswith("u"), len(label), label
 
 
 class Reader:

@@ -1,0 +1,21 @@
+"""`kinegen schema`: the JSON Schema of robot files, for editors."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from kinegen.cli.terminal import say
+
+
+@click.command("schema", short_help="Prints the JSON Schema of robot files.")
+def command() -> None:
+    r"""Prints the JSON Schema of robot files, with which an editor completes and checks them.
+
+    \b
+        kinegen schema > robot.schema.json
+    """
+    from kinegen.robot.schema import schema
+
+    say(json.dumps(schema(), indent=2))

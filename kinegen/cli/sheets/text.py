@@ -1,0 +1,104 @@
+"""Plain text: the table and the closed forms as one reads them in a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from kinegen.cli.sheets import words
+from kinegen.cli.terminal import broken, columns, filled, strong, width
+from kinegen.symbolic.notation import NOTATIONS, TableText, entry_names, entry_texts
+from kinegen.symbolic.sheet import Product, Sheet
+from kinegen.symbolic.table import Table, TableStep
+from kinegen.symbolic.textbook import ClosedForm
+
+_NUMBERS = TableText()
+_LAST_ROW = ("0", "0", "0", "1")
+_INDENT = "  "
+
+
+def text_sheet(sheet: Sheet) -> str:
+    """Lay out a sheet."""
+    lines = [strong(words.title(sheet.robot)), *words.conventions(sheet), words.units(sheet.robot), ""]
+    lines += [*_table(sheet), ""] if sheet.table.rows else []
+    lines += [*_frames(sheet.table), ""] if sheet.table.frames else []
+    for link in sheet.links:
+        lines += [*_form(link), ""]
+    for product in sheet.products:
+        lines += [*_product(product), ""]
+    lines += _where(sheet)
+    return "\n".join(lines).rstrip("\n")
+
+
+def _table(sheet: Sheet) -> list[str]:
+    table, parents = sheet.table, words.has_parents(sheet)
+    heads = [_head(column, words.index(column, sheet)) for column in table.columns]
+    mixed = len({row.convention for row in table.rows if not row.steps}) > 1
+    rows = [["i", *(["from"] * parents), "joint", *(["convention"] * mixed), *heads]]
+    sequences = {}
+    for row in table.rows:
+        parent = [words.parent_number(row, sheet)] * parents
+        entries = ["" if entry is None else _NUMBERS.entry(entry) for entry in row.entries]
+        rows.append([str(row.number), *parent, row.name, *([row.convention] * mixed), *entries])
+        if row.steps:
+            rows[-1] = rows[-1][: len(rows[-1]) - len(entries)] + [""] * len(entries)
+            sequences[len(rows) - 1] = _sequence(row.steps)
+    name = 1 + parents
+    lines = columns(rows, left=frozenset({name, *([name + 1] * mixed)}))
+    size = max(len(row[name]) for row in rows) + lines[0].index("joint") + 2
+    lines = [f"{line:<{size}}{sequences[index]}" if index in sequences else line for index, line in enumerate(lines)]
+    return [_INDENT + line for line in lines]
+
+
+def _head(column: str, index: str) -> str:
+    return f"{column}_{{{index}}}" if len(index) > 1 else f"{column}_{index}" if index else column
+
+
+def _sequence(steps: Iterable[TableStep]) -> str:
+    return " ".join(f"{step.kind}({_NUMBERS.entry(step.value)})" for step in steps) or "(nothing)"
+
+
+def _frames(table: Table) -> list[str]:
+    rows = [("frame", "on", ""), *((frame.name, frame.parent, _sequence(frame.steps)) for frame in table.frames)]
+    return [_INDENT + line for line in columns(rows, left=frozenset({0, 1, 2}))]
+
+
+def _product(product: Product) -> list[str]:
+    if len(product.factors) == 1:
+        return _form(product.factors[0])
+    names = " * ".join(form.name for form in product.factors)
+    lines = [strong(f"{product.name} = {names}"), "too long to be multiplied out; any part of it: --from, --to", ""]
+    for form in product.factors:
+        lines += [*_form(form), ""]
+    return lines[:-1]
+
+
+def _form(form: ClosedForm) -> list[str]:
+    """A matrix where it fits, else one line an entry."""
+    texts = entry_texts(form, NOTATIONS["text"])
+    matrix = columns([*texts, _LAST_ROW])
+    head = f"{form.name} = "
+    size = max(len(line) for line in matrix)
+    if len(head) + size + 4 <= width():
+        heads = ["", head, "", ""]
+        return [f"{strong(left.ljust(len(head)))}[ {line:<{size}} ]" for left, line in zip(heads, matrix, strict=True)]
+    entries = zip(_in_columns(entry_names()), _in_columns(texts), strict=True)
+    return [strong(form.name), *(line for name, text in entries for line in broken(f"{_INDENT}{name} = ", text))]
+
+
+def _in_columns(rows: tuple[tuple[str, ...], ...]) -> Iterator[str]:
+    """Entries column by column, so that the position comes last and together."""
+    for column in zip(*rows, strict=True):
+        yield from column
+
+
+def _where(sheet: Sheet) -> list[str]:
+    notation = NOTATIONS["text"]
+    angles = [(label, notation.entry(angle)) for label, angle in sheet.angles]
+    pairs = [f"{head}{label} = {name}({text})" for label, text in angles for head, name in (("c", "cos"), ("s", "sin"))]
+    values = []
+    for parameter in sheet.table.parameters:
+        unit = f" {parameter.unit}" if parameter.unit else ""
+        runtime = " (at run time)" if parameter.runtime else ""
+        values.append(f"{parameter.name} = {_NUMBERS.entry(parameter.value)}{unit}{runtime}")
+    lines = [*filled(pairs, _INDENT), *filled(words.joint_words(sheet.robot), _INDENT), *filled(values, _INDENT)]
+    return ["where", *lines] if lines else []

@@ -1,0 +1,49 @@
+"""`kinegen show`: the table and the closed form, as a textbook prints them."""
+
+from __future__ import annotations
+
+import click
+
+from kinegen.cli.terminal import say
+
+FORMATS = ("text", "latex", "mathml", "python")
+
+
+@click.command("show", short_help="Prints the closed form.")
+@click.argument("file", type=click.Path())
+@click.option("--format", "notation", type=click.Choice(FORMATS), default="text", show_default=True, help="Notation.")
+@click.option("--from", "start", metavar="FRAME", help="Frame of reference, by name or row number; 0 is before row 1.")
+@click.option("--to", "end", metavar="FRAME", help="Frame that is reached; without it the tool, or every tip.")
+@click.option("--steps", is_flag=True, help="Also print every link matrix on the way.")
+def command(file: str, notation: str, start: str | None, end: str | None, steps: bool) -> None:
+    r"""Prints the table and the closed form of a robot, factored as a textbook prints it.
+
+    c1 and s1 are the cosine and sine of the first joint variable, c23 is cos(q2 + q3). The whole chain, from base to
+    tool, or any part of it:
+
+    \b
+        kinegen show robots/puma560.yaml
+        kinegen show robots/puma560.yaml --from 3 --to 6
+        kinegen show robots/puma560.yaml --format latex > puma560.tex
+    """
+    from kinegen.robot.load import load
+    from kinegen.symbolic.sheet import make_sheet
+
+    sheet = make_sheet(load(file), start, end, steps=steps)
+    match notation:
+        case "text":
+            from kinegen.cli.sheets.text import text_sheet
+
+            say(text_sheet(sheet))
+        case "latex":
+            from kinegen.cli.sheets.latex import latex_sheet
+
+            say(latex_sheet(sheet))
+        case "mathml":
+            from kinegen.cli.sheets.mathml import mathml_sheet
+
+            say(mathml_sheet(sheet))
+        case _:
+            from kinegen.cli.sheets.python import python_sheet
+
+            say(python_sheet(sheet))

@@ -1,0 +1,91 @@
+"""What a terminal gets: colours where it has them, lines as wide as it is. Elsewhere all is plain text."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterable
+from typing import TextIO
+
+import click
+
+WIDEST = 120
+NARROWEST = 60
+
+
+def say(text: str = "") -> None:
+    """Print a line on stdout; its colours are left out unless a terminal shows them."""
+    click.echo(text, color=_has_colours(sys.stdout))
+
+
+def complain(text: str) -> None:
+    """Print a line on stderr."""
+    click.echo(text, err=True, color=_has_colours(sys.stderr))
+
+
+def _has_colours(stream: TextIO) -> bool:
+    # https://no-color.org: any value but the empty one.
+    return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def strong(text: str) -> str:
+    """A heading."""
+    return click.style(text, bold=True)
+
+
+def faint(text: str) -> str:
+    """A detail."""
+    return click.style(text, dim=True)
+
+
+def good(text: str) -> str:
+    """Something that holds."""
+    return click.style(text, fg="green")
+
+
+def bad(text: str) -> str:
+    """Something that does not hold."""
+    return click.style(text, fg="red", bold=True)
+
+
+def width() -> int:
+    """Columns to fill: those of the terminal or of COLUMNS, and 100 where neither says."""
+    return max(NARROWEST, min(WIDEST, shutil.get_terminal_size((100, 24)).columns))
+
+
+def filled(items: Iterable[str], indent: str) -> list[str]:
+    """Items one after the other with commas between, in lines of the terminal's width."""
+    lines: list[str] = []
+    for item in items:
+        if lines and len(lines[-1]) + len(item) + len(", ,") <= width():
+            lines[-1] += f", {item}"
+        else:
+            lines.append(indent + item)
+    return [f"{line}," for line in lines[:-1]] + lines[-1:]
+
+
+def broken(head: str, formula: str) -> list[str]:
+    """A formula behind its head, in lines of the terminal's width, broken before plus and minus signs."""
+    lines = [head]
+    for part in re.split(r" (?=[+-] )", formula):
+        space = "" if lines[-1] == head else " "
+        if len(lines[-1]) > len(head) and len(lines[-1]) + len(part) + 1 > width():
+            lines.append(" " * len(head) + part)
+        else:
+            lines[-1] += space + part
+    return lines
+
+
+def columns(rows: Iterable[Iterable[str]], left: frozenset[int] = frozenset(), gap: str = "  ") -> list[str]:
+    """Rows of a table, right-justified but for some columns, without trailing blanks."""
+    table = [tuple(row) for row in rows]
+    widths = [max(len(cell) for cell in column) for column in zip(*table, strict=True)]
+    return [
+        gap.join(
+            cell.ljust(size) if index in left else cell.rjust(size)
+            for index, (cell, size) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in table
+    ]
