@@ -186,6 +186,17 @@ def size(expression: Expression) -> int:
             return 1
 
 
+def depth(expression: Expression) -> int:
+    """The number of levels of an expression."""
+    match expression:
+        case Sum(parts) | Product(parts):
+            return 1 + max(depth(part) for part in parts)
+        case Power(inner, _) | Call(_, inner):
+            return 1 + depth(inner)
+        case _:
+            return 1
+
+
 def substitute(expression: Expression, values: Mapping[str, Expression], pi: Expression = PI) -> Expression:
     """Replace names, and `pi` where another value is given, keeping everything exact."""
     match expression:

@@ -51,6 +51,10 @@ def find_dimensions(
     return found
 
 
+_OPPOSITE = {Dimension.LENGTH: Dimension.ANGLE, Dimension.ANGLE: Dimension.LENGTH}
+"""What a declared parameter may not be used as; a number may stand anywhere."""
+
+
 class _Uses:
     """The uses of each parameter, gathered slot by slot."""
 
@@ -119,9 +123,9 @@ class _Uses:
         """The dimension of one parameter, once every use of it is known."""
         lines, declared = self._lines[name], self._declared[name]
         if declared is not None:
-            for other in {Dimension.LENGTH, Dimension.ANGLE} - {declared, Dimension.NUMBER}:
-                if declared is not Dimension.NUMBER and other in lines:
-                    fail(f"it is declared {_article(declared)}, but line {lines[other]} uses it as {_article(other)}")
+            other = _OPPOSITE.get(declared)
+            if other is not None and other in lines:
+                fail(f"it is declared {_article(declared)}, but line {lines[other]} uses it as {_article(other)}")
             return declared
         others = [dimension for dimension in lines if dimension is not Dimension.ANGLE]
         if Dimension.ANGLE in lines and others:

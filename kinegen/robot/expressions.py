@@ -29,6 +29,7 @@ from kinegen.robot.algebra import (
     Product,
     Sum,
     add,
+    depth,
     largest_number,
     linear,
     multiply,
@@ -57,6 +58,8 @@ __all__ = [
     "Product",
     "Sum",
     "add",
+    "checked_depth",
+    "depth",
     "evaluate",
     "largest_number",
     "linear",
@@ -76,6 +79,7 @@ FUNCTIONS = ("sqrt",)
 
 MAX_LENGTH = 500
 MAX_DEPTH = 40
+"""Levels of brackets, and of the tree; later stages recurse over it with a few frames for each level."""
 MAX_DIGITS = 60
 _SPELLING = re.compile(r"[A-Za-z0-9_+\-*/().\s]*\Z")
 _WORD = re.compile(r"(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)")
@@ -159,7 +163,18 @@ def parse(text: str) -> Expression:
         tree = ast.parse(marked.strip(), mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise ExpressionError(f"'{text.strip()}' is not an expression") from None
-    return _convert(tree.body, exact, 0)
+    return checked_depth(_convert(tree.body, exact, 0))
+
+
+def checked_depth(expression: Expression) -> Expression:
+    """Refuse an expression of more than `MAX_DEPTH` levels.
+
+    Raises:
+        ExpressionError: If it has more.
+    """
+    if depth(expression) > MAX_DEPTH:
+        raise ExpressionError(f"the expression has more than {MAX_DEPTH} levels")
+    return expression
 
 
 def text_names(text: str) -> tuple[str, ...]:

@@ -57,7 +57,7 @@ def loads(text: str | bytes, source: str) -> Robot:
     """
     try:
         data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
-        robot = resolve(read_robot(parse_tree(decode(data))), PurePath(source).name)
+        robot = resolve(read_robot(parse_tree(decode(data))), printable(PurePath(source).name))
     except RobotFileError as error:
         raise RobotFileError(printable(error.message), printable(source), error.line) from None
     return replace(robot, digest=digest(robot))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinegen.robot import keys
-from kinegen.robot.expressions import Expression, ExpressionError, largest_number, size, substitute
+from kinegen.robot.expressions import Expression, ExpressionError, checked_depth, largest_number, size, substitute
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
 from kinegen.robot.model import Dimension, Parameter
 from kinegen.robot.nodes import choice, mapping, named
@@ -124,4 +124,4 @@ def _closed(
     value = substitute(expression, {name: earlier.value for name, earlier in closed.items()})
     if size(value) > MAX_VALUE_SIZE or largest_number(value) >= 1 << MAX_VALUE_BITS:
         raise ExpressionError("the value is too long once earlier parameters are put in")
-    return value
+    return checked_depth(value)

@@ -327,3 +327,11 @@ def test_a_robot_can_be_compared(tmp_path: Path) -> None:
     found: Robot = load(tmp_path / "whole.yaml")
 
     assert found == load(str(tmp_path / "whole.yaml"))
+
+
+def test_an_odd_file_name_is_safe_to_print(tmp_path: Path) -> None:
+    """It goes into the banners of generated files."""
+    path = tmp_path / "a\nb\x1b.yaml"
+    path.write_text(WHOLE, encoding="utf-8")
+
+    assert load(path).source == r"a\nb\x1b.yaml"
