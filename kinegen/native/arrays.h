@@ -102,6 +102,13 @@ static int are_apart(PyArrayObject *first, PyArrayObject *second, npy_intp size)
     return high[0] <= low[1] || high[1] <= low[0];
 }
 
+/* Whether the numbers of an array can be read where they lie: at even addresses, in the order of this machine. The
+ * byte order is read from its field, since NumPy's own macro needs functions of NumPy from 2.5 on. */
+static int is_behaved(PyArrayObject *array, int flags)
+{
+    return PyArray_CHKFLAGS(array, NPY_ARRAY_ALIGNED | flags) && PyArray_ISNBO(PyArray_DESCR(array)->byteorder);
+}
+
 /* Fill in the arguments; 0 for arrays that the kernel cannot use where they lie. Poses are the leading axes. */
 static int read_arrays(uintptr_t q_address, uintptr_t out_address, int layout, const Output *output, Arguments *found)
 {
@@ -112,7 +119,7 @@ static int read_arrays(uintptr_t q_address, uintptr_t out_address, int layout, c
 
     /* Types and shapes. */
     if ((type != NPY_DOUBLE && type != NPY_FLOAT) || type != PyArray_TYPE(out)) return 0;
-    if (!PyArray_ISBEHAVED_RO(q) || !PyArray_ISBEHAVED(out)) return 0;
+    if (!is_behaved(q, 0) || !is_behaved(out, NPY_ARRAY_WRITEABLE)) return 0;
     if (lead < 0 || PyArray_DIM(q, lead) != output->dof || !has_shape(out, lead, output, layout)) return 0;
     for (int i = 0; i < lead; ++i) {
         if (PyArray_DIM(q, i) != PyArray_DIM(out, i)) return 0;
