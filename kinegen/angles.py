@@ -91,7 +91,5 @@ class AngleLabels:
     def _plain(self, angle: Angle) -> str | None:
         if angle.rest or not angle.terms or any(abs(coefficient) != 1 for _, coefficient in angle.terms):
             return None
-        if angle.terms[0][1] < 0:
-            return None
         separator = "" if self.dof <= COMPACT_DOF else "_"
         return separator.join(f"{'m' if coefficient < 0 else ''}{joint}" for joint, coefficient in angle.terms)

@@ -9,8 +9,6 @@ from __future__ import annotations
 import keyword
 import re
 import sys
-from collections.abc import Sequence
-from fractions import Fraction
 
 from kinegen.errors import KinegenError
 
@@ -126,25 +124,6 @@ def c_file(robot: str, extension: str, real: str = "double", *, batch: bool = Fa
 def guard(file_name: str) -> str:
     """The include guard of a header: `KINEGEN_PUMA560_H_INCLUDED` for `puma560.h`."""
     return f"KINEGEN_{file_name.replace('.', '_').upper()}_INCLUDED"
-
-
-def angle_label(terms: Sequence[tuple[Fraction, int]], dof: int) -> str | None:
-    """The label of a sum of joint angles, as in `c23`.
-
-    Args:
-        terms: Coefficient and joint number, counted from 1, of each term.
-        dof: Number of joints of the robot; from ten on, terms are joined by an underscore.
-
-    Returns:
-        `23` for q2 + q3, `2m3` for q2 - q3, with ten joints `2_3` and `2_m3`; None unless every coefficient is 1 or
-        -1 and every joint stands once.
-    """
-    joints = [joint for _, joint in terms]
-    if not terms or len(set(joints)) < len(joints) or any(abs(coefficient) != 1 for coefficient, _ in terms):
-        return None
-    ascending = sorted((joint, coefficient) for coefficient, joint in terms)
-    labels = [f"{'m' if coefficient < 0 else ''}{joint}" for joint, coefficient in ascending]
-    return ("_" if dof >= 10 else "").join(labels)
 
 
 def comment_text(text: str) -> str:

@@ -6,7 +6,6 @@ import ast
 import keyword
 import shutil
 import subprocess
-from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -104,38 +103,6 @@ def test_identifiers_and_file_names() -> None:
     assert naming.c_file("puma560", "h") == "puma560.h"
     assert naming.c_file("puma560", "c", "float", batch=True) == "puma560_f32_batch.c"
     assert naming.guard("puma560_f32.h") == "KINEGEN_PUMA560_F32_H_INCLUDED"
-
-
-@pytest.mark.parametrize(
-    ("terms", "dof", "label"),
-    [
-        ([(1, 2)], 6, "2"),
-        ([(1, 2), (1, 3)], 6, "23"),
-        ([(1, 3), (1, 2)], 6, "23"),
-        ([(1, 2), (-1, 3)], 6, "2m3"),
-        ([(-1, 2), (1, 3)], 6, "m23"),
-        ([(1, 2), (1, 3), (1, 4)], 6, "234"),
-        ([(1, 1), (1, 2)], 9, "12"),
-        ([(1, 1), (1, 12)], 12, "1_12"),
-        ([(1, 2), (-1, 3)], 10, "2_m3"),
-        ([(1, 11), (1, 2)], 21, "2_11"),
-        ([(2, 2)], 6, None),
-        ([(Fraction(1, 2), 1), (1, 2)], 6, None),
-        ([(1, 1), (1, 1)], 6, None),
-        ([], 6, None),
-    ],
-)
-def test_labels_of_angle_sums(terms: list[tuple[int, int]], dof: int, label: str | None) -> None:
-    assert naming.angle_label([(Fraction(coefficient), joint) for coefficient, joint in terms], dof) == label
-
-
-@given(st.data(), st.integers(1, 21))
-def test_no_two_angle_sums_share_a_label(data: st.DataObject, dof: int) -> None:
-    sums = st.dictionaries(st.integers(1, dof), st.sampled_from([1, -1]), min_size=1, max_size=4)
-    one, two = data.draw(sums), data.draw(sums)
-    labels = [naming.angle_label([(Fraction(c), joint) for joint, c in terms.items()], dof) for terms in (one, two)]
-
-    assert (labels[0] == labels[1]) == (one == two)
 
 
 TRICKY = st.text(alphabet=["*", "/", "\\", "?", '"', "'", " ", "x", "ä", "{"], max_size=12)
