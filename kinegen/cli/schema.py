@@ -11,11 +11,11 @@ from kinegen.cli.terminal import say
 
 @click.command("schema", short_help="Prints the JSON Schema of robot files.")
 def command() -> None:
-    r"""Prints the JSON Schema of robot files, with which an editor completes and checks them.
+    """Prints the JSON Schema of robot files, with which an editor completes and checks them.
 
     \b
         kinegen schema > robot.schema.json
-    """
+    """  # noqa: D301 - click's mark of a paragraph that stays as it is
     from kinegen.robot.schema import schema
 
     say(json.dumps(schema(), indent=2))

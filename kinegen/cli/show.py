@@ -16,7 +16,7 @@ FORMATS = ("text", "latex", "mathml", "python")
 @click.option("--to", "end", metavar="FRAME", help="Frame that is reached; without it the tool, or every tip.")
 @click.option("--steps", is_flag=True, help="Also print every link matrix on the way.")
 def command(file: str, notation: str, start: str | None, end: str | None, steps: bool) -> None:
-    r"""Prints the table and the closed form of a robot, factored as a textbook prints it.
+    """Prints the table and the closed form of a robot, factored as a textbook prints it.
 
     c1 and s1 are the cosine and sine of the first joint variable, c23 is cos(q2 + q3). The whole chain, from base to
     tool, or any part of it:
@@ -25,7 +25,7 @@ def command(file: str, notation: str, start: str | None, end: str | None, steps:
         kinegen show robots/puma560.yaml
         kinegen show robots/puma560.yaml --from 3 --to 6
         kinegen show robots/puma560.yaml --format latex > puma560.tex
-    """
+    """  # noqa: D301 - click's mark of a paragraph that stays as it is
     from kinegen.robot.load import load
     from kinegen.symbolic.sheet import make_sheet
 

@@ -130,7 +130,7 @@ def _sentence(
     wanted = _quarters(special) if place.dimension is Dimension.ANGLE and not degrees else f"{special:f}"
     # As few digits as show that it is not the special value.
     texts = [[f"{each.normalize():.{digits}g}" for each in (value, special)] for digits in (6, 12, 17, 50)]
-    written = next(text for text, other in texts if text != other)
+    written = next(text for text, other in texts if Decimal(text) != Decimal(other))
     return f"{place.words} is {written} {unit}, close to {wanted}, and kept as it is; {effect}"
 
 
