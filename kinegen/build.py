@@ -258,5 +258,5 @@ def _defaults(robot: Robot) -> tuple[Fraction, ...]:
 
 
 def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:
-    found = {angle.label: angle for program in programs for angle in program.angles}
+    found = {angle.text: angle for program in programs for angle in program.angles}
     return tuple(found.values())

@@ -6,7 +6,6 @@ import struct
 from enum import StrEnum
 from fractions import Fraction
 
-
 _INFINITY = 0x7F800000
 
 

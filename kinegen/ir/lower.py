@@ -124,5 +124,3 @@ def exact_number(expression: sp.Expr) -> Fraction:
         return Fraction(int(expression.p), int(expression.q))
     digits = Fraction(str(sp.N(expression, DIGITS, maxn=4 * DIGITS)))
     return Fraction(0) if abs(digits) < _NEGLIGIBLE else digits
-
-

@@ -7,7 +7,6 @@ other temporary is `t0`, `t1`, ... in order of definition.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.angles import Angle, AngleLabels
@@ -77,11 +76,10 @@ class _Naming:
     def order(self, outputs: Sequence[int]) -> list[int]:
         """Live operations: everything that leads to a sine or cosine first, then the rest as it was defined."""
         live = self._needed(outputs)
-        trigonometric = [number for number in live if self._operator(number) in _TRIGONOMETRIC]
-        early = self._needed(trigonometric)
-        angles = {self._node(number).operands[0] for number in trigonometric}
-        for angle in sorted(angles, key=self._angle_key):
+        trigonometric = [number for number in sorted(live) if self._operator(number) in _TRIGONOMETRIC]
+        for angle in sorted({self._node(number).operands[0] for number in trigonometric}, key=self._angle_key):
             self._add_angle(angle)
+        early = self._needed(trigonometric)
         rank = {angle: place for place, angle in enumerate(self.angles)}
         pairs = sorted(
             trigonometric,
@@ -105,9 +103,7 @@ class _Naming:
     def statement(self, number: int) -> Statement:
         """The statement of a named operation."""
         node = self._node(number)
-        return Statement(
-            self.names[number], node.operator, tuple(self.operand(operand) for operand in node.operands)
-        )
+        return Statement(self.names[number], node.operator, tuple(self.operand(operand) for operand in node.operands))
 
     def operand(self, number: int) -> Operand:
         """A value as an operand."""

@@ -170,9 +170,7 @@ def count(program: Program) -> Count:
     """Count the operations; a sine and a cosine of one angle are one sine-cosine pair."""
     operators = [statement.operator for statement in program.statements]
     pairs = {
-        statement.operands[0]
-        for statement in program.statements
-        if statement.operator in (Operator.SIN, Operator.COS)
+        statement.operands[0] for statement in program.statements if statement.operator in (Operator.SIN, Operator.COS)
     }
     return Count(
         multiplications=operators.count(Operator.MUL),
@@ -181,4 +179,3 @@ def count(program: Program) -> Count:
         divisions=operators.count(Operator.DIV),
         sine_cosines=len(pairs),
     )
-

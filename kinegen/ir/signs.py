@@ -31,14 +31,15 @@ def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list
     Returns:
         New values, and the number of each output among them.
     """
-    search = _Search(values, tuple(outputs), _live(values, outputs))
+    live = _live(values, outputs)
+    search = _Search(values, tuple(outputs), live, _angles(values, live))
     choice: Choice = frozenset()
     best = len(search.negations(search.stored(choice)))
     improved = True
     while improved and best:
         improved = False
         for output in sorted(search.negations(search.stored(choice))):
-            for move in search.moves(output, choice):
+            for move in search.moves(output):
                 remaining = len(search.negations(search.stored(choice ^ move)))
                 if remaining < best:
                     choice, best, improved = choice ^ move, remaining, True
@@ -55,11 +56,26 @@ def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
     return tuple(sorted(needed))
 
 
+def _angles(values: Values, live: Sequence[int]) -> frozenset[int]:
+    nodes = [node for number in live if isinstance(node := values.nodes[number], Node)]
+    return frozenset(node.operands[0] for node in nodes if node.operator in (Operator.SIN, Operator.COS))
+
+
 @dataclass(frozen=True, slots=True)
 class _Search:
+    """What can be stored with which sign.
+
+    Attributes:
+        values: The values.
+        outputs: Signed outputs.
+        live: The values that lead to an output.
+        angles: Values with a sine or cosine, which keep their sign where they can: c1m2 is not called cm12.
+    """
+
     values: Values
     outputs: tuple[Value, ...]
     live: tuple[int, ...]
+    angles: frozenset[int]
 
     def is_constant(self, number: int) -> bool:
         return isinstance(self.values.nodes[number], Constant)
@@ -72,11 +88,14 @@ class _Search:
             signs[number] = 1
             if isinstance(node, Node):
                 free, forced = self._sign(node, signs)
+                free = free and number not in self.angles
                 signs[number] = (-1 if number in choice else 1) if free else forced
         return signs
 
     def _sign(self, node: Node, signs: dict[int, int]) -> tuple[bool, int]:
         """Whether the sign of a result is free, and what it is if not."""
+        if node.operator is Operator.SIN:  # an odd function
+            return False, signs[node.operands[0]]
         if node.operator not in (*_SUMS, *_PRODUCTS):
             return False, 1
         left, right = node.operands
@@ -88,11 +107,9 @@ class _Search:
 
     def negations(self, signs: dict[int, int]) -> set[int]:
         """The values that some output needs with the sign that they are not stored with."""
-        return {
-            number for sign, number in self.outputs if sign != signs[number] and not self.is_constant(number)
-        }
+        return {number for sign, number in self.outputs if sign != signs[number] and not self.is_constant(number)}
 
-    def moves(self, output: int, choice: Choice) -> Iterator[frozenset[int]]:
+    def moves(self, output: int) -> Iterator[frozenset[int]]:
         """Changes of the choice that may turn the sign of an output: itself, its operands, both."""
         yield frozenset({output})
         node = self.values.nodes[output]

@@ -62,4 +62,3 @@ def _times(left: Rows, right: Rows, tape: Tape) -> Rows:
         return tape.name(inner + (left[row][3] if column == 3 else sp.S.Zero))
 
     return tuple(tuple(entry(row, column) for column in range(4)) for row in range(3))
-

@@ -140,14 +140,10 @@ def _completed(columns: dict[int, Vector], tape: Tape) -> dict[int, Vector]:
     return columns
 
 
-def pose_entries(
-    columns: tuple[Vector, Vector, Vector], position: Vector, attitude: Attitude
-) -> list[sp.Expr]:
+def pose_entries(columns: tuple[Vector, Vector, Vector], position: Vector, attitude: Attitude) -> list[sp.Expr]:
     """The twelve entries of a pose, row by row, with the final attitude applied to the columns."""
     return [
-        entry
-        for row in range(3)
-        for entry in (*(sign * columns[axis][row] for axis, sign in attitude), position[row])
+        entry for row in range(3) for entry in (*(sign * columns[axis][row] for axis, sign in attitude), position[row])
     ]
 
 

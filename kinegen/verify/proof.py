@@ -203,8 +203,11 @@ def _exact(robot: Robot, package: ModuleType, quantity: Quantity, extent: float)
         result = kernel(point).reshape(len(frames), -1, width)
         for column, frame in enumerate(frames):
             errors = [
-                [abs(float(mpmath.mpf(float(result[column][i][j])) - known[frame][i, j if width == 4 else 3]))
-                 for j in range(width)] for i in range(3)
+                [
+                    abs(float(mpmath.mpf(float(result[column][i][j])) - known[frame][i, j if width == 4 else 3]))
+                    for j in range(width)
+                ]
+                for i in range(3)
             ]
             here = max(line[-1] for line in errors)
             turned = max((error for line in errors for error in line[:-1]), default=0.0)

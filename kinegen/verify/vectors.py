@@ -57,5 +57,5 @@ def _fraction(value: Any) -> Fraction:
     """The exact value of an mpmath number; what 50 digits leave of a zero is zero."""
     if abs(value) < _NEGLIGIBLE:
         return Fraction(0)
-    sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_  # noqa: SLF001 - mpmath offers no public way
+    sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_  # mpmath offers no public way
     return (-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.symbolic.derive import derive
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
 from kinegen.outputs import Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
+from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain
 
 ROBOTS = Path(__file__).parents[2] / "robots"

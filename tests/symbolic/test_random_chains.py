@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from tests.chains import exact_defaults, robots
-from tests.evaluation import as_poses, run
 from hypothesis import given, settings
 
 from kinegen import reference
-from kinegen.symbolic.derive import derive
 from kinegen.ir.lower import lower
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
+from kinegen.symbolic.derive import derive
+from tests.chains import exact_defaults, robots
+from tests.evaluation import as_poses, run
 
 POSES = 8
 ROUNDING = 2e-13  # six links of about a metre, angles of a few radians, twenty operations each

@@ -103,9 +103,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         joints=joint_lines(robot),
         parameters=parameter_lines(robot),
         parameter_names=names,
-        defaults=tuple(
-            (name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)
-        ),
+        defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
         sincos=SINCOS[real] if uses_sincos(kernels.programs) else None,
     )

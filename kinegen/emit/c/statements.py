@@ -45,6 +45,8 @@ class CPrinter:
                 return f"({literal})" if value < 0 else literal
             case Temporary(name):
                 return name
+            case _:
+                raise TypeError(f"C has no form for the operand {operand!r}")
 
     def output(self, operand: Operand) -> str:
         """One operand on the right of an assignment."""
@@ -82,6 +84,8 @@ class CPrinter:
         operands = [self.operand(operand) for operand in statement.operands]
         if statement.operator is Operator.NEG:
             return f"-{operands[0]}"
+        if statement.operator not in _SYMBOLS:
+            raise TypeError(f"C has no form for the operator {statement.operator!r}")
         return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
 
 

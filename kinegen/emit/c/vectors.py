@@ -134,5 +134,3 @@ def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> Vector
 
 def _row(entries: Sequence[Fraction], real: Real) -> str:
     return "{" + ", ".join(real.literal(entry) for entry in entries) + "}"
-
-

@@ -107,6 +107,8 @@ def _expression(statement: Statement) -> str:
     operands = [_operand(operand) for operand in statement.operands]
     if statement.operator is Operator.NEG:
         return f"-{operands[0]}"
+    if statement.operator not in _SYMBOLS:
+        raise TypeError(f"Python has no form for the operator {statement.operator!r}")
     return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
 
 
@@ -120,6 +122,8 @@ def _operand(operand: Operand) -> str:
             return Real.DOUBLE.literal(value)
         case Temporary(name):
             return name
+        case _:
+            raise TypeError(f"Python has no form for the operand {operand!r}")
 
 
 def _wrapped(items: list[str]) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
@@ -14,6 +15,9 @@ from kinegen.naming import docstring_text, python_identifier
 from kinegen.outputs import Quantity
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Robot
+
+LINE = 120
+"""Longest line of the module, as the project's formatter has it."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
@@ -43,7 +47,7 @@ class PackageContext:
     """What the template `python/__init__.py.jinja` is given."""
 
     name: str
-    description: str
+    description: tuple[str, ...]
     provenance: str
     length: str
     dof: int
@@ -75,7 +79,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     has_frames = any(program.quantity is Quantity.FRAMES for program in kernels.programs)
     context = PackageContext(
         name=robot.name,
-        description=docstring_text(robot.description),
+        description=_paragraph(docstring_text(robot.description)),
         provenance=docstring_text(provenance(robot)),
         length=robot.units.length,
         dof=robot.dof,
@@ -100,6 +104,10 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         "_kernel.py": banner + array_handling,
         "py.typed": "",
     }
+
+
+def _paragraph(text: str) -> tuple[str, ...]:
+    return tuple(textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False))
 
 
 def _exported(robot: Robot, functions: tuple[PublicKernel, ...], has_frames: bool) -> tuple[str, ...]:
