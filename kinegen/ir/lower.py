@@ -45,10 +45,10 @@ def lower(expressions: Expressions) -> Program:
     for symbol, expression in expressions.definitions:
         lowering.known[symbol] = lowering.value(expression)
     outputs = [lowering.value(entry) for entry in expressions.entries]
-    values, outputs = absorb_signs(lowering.values, outputs)
+    values, numbers = absorb_signs(lowering.values, outputs)
     return name_values(
         values,
-        outputs,
+        numbers,
         quantity=expressions.quantity,
         frames=expressions.frames,
         dof=len(expressions.variables),

@@ -49,7 +49,7 @@ class Values:
 
     def total(self, terms: Sequence[Value]) -> Value:
         """Add signed values: constants together, the rest in order of first use, a positive one first."""
-        constant = sum((sign * c.value for sign, c in self._constants(terms)), Fraction(0))
+        constant = sum((sign * known.value for sign, known in self._constants(terms)), Fraction(0))
         moving = sorted((term for term in terms if self._constant(term[1]) is None), key=lambda term: term[1])
         if constant or not moving:
             moving.append(self.constant(constant))
@@ -63,8 +63,8 @@ class Values:
     def product(self, factors: Sequence[Value]) -> Value:
         """Multiply signed values: constants together, the rest in order of first use."""
         constant = Fraction(1)
-        for sign, factor in self._constants(factors):
-            constant *= sign * factor.value
+        for known_sign, known in self._constants(factors):
+            constant *= known_sign * known.value
         moving = sorted(factor for _, factor in factors if self._constant(factor) is None)
         sign = -1 if constant < 0 else 1
         for factor_sign, factor in factors:

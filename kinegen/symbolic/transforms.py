@@ -114,7 +114,7 @@ def inverse(step: Elementary) -> Elementary:
 
 def is_identity(step: Elementary) -> bool:
     """Whether a transform does nothing, exactly."""
-    return (step.angle if isinstance(step, Turn) else step.length) == 0
+    return bool((step.angle if isinstance(step, Turn) else step.length) == 0)
 
 
 def _exact(entry: Expression | None, values: Values) -> sp.Expr:

@@ -24,7 +24,7 @@ from kinegen.verify.vectors import quantity_frames
 Floats = NDArray[np.floating[Any]]
 FloatArray = NDArray[np.float64]
 
-DTYPES = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
+DTYPES: dict[str, np.dtype[Any]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
 """NumPy's names of the number types."""
 
 

@@ -58,4 +58,5 @@ def _fraction(value: Any) -> Fraction:
     if abs(value) < _NEGLIGIBLE:
         return Fraction(0)
     sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_  # mpmath offers no public way
-    return (-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent
+    magnitude = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    return -magnitude if sign else magnitude

@@ -81,9 +81,9 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
     )
     return {
-        name: environment().get_template(template).render(
-            b=context, k=kernel, prefix=kernel.prefix, qualifier="static inline"
-        )
+        name: environment()
+        .get_template(template)
+        .render(b=context, k=kernel, prefix=kernel.prefix, qualifier="static inline")
         for name, template in ((context.header, "c/batch.h.jinja"), (context.source, "c/batch.c.jinja"))
     }
 
