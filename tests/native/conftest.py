@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from kinegen.errors import MissingToolError
+from kinegen.native.compiler import find_compiler
 from kinegen.native.package import load_package
 from tests.native.sample import Sample
 
@@ -22,6 +25,19 @@ SAMPLES = {
 }
 
 
+@functools.cache
+def has_compiler() -> bool:
+    """Whether this machine can compile."""
+    try:
+        find_compiler()
+    except MissingToolError:
+        return False
+    return True
+
+
+needs_compiler = pytest.mark.skipif(not has_compiler(), reason="no C compiler on this machine")
+
+
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A cache of compiled extensions for these tests alone."""
@@ -34,6 +50,8 @@ def load(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Callable[[str
     known: dict[tuple[str, str], ModuleType] = {}
 
     def get(name: str, backend: str) -> ModuleType:
+        if backend == "c" and not has_compiler():
+            pytest.skip("no C compiler on this machine")
         if (name, backend) not in known:
             folder = SAMPLES[name].write(tmp_path_factory.mktemp(backend), cache, native=backend == "c")
             known[name, backend] = load_package(folder)

@@ -17,10 +17,11 @@ from kinegen.native.compile import EXTENSION, Flags, compile_extension
 from kinegen.native.compiler import find_compiler, processor
 from kinegen.native.glue import declarations, glue
 from kinegen.native.package import build_extension, stamp_of
-from tests.native.conftest import SAMPLES
+from tests.native.conftest import SAMPLES, needs_compiler
 from tests.native.sample import FLAGS
 
 CHAIN = SAMPLES["chain"]
+pytestmark = needs_compiler
 
 
 def compiler_script(folder: Path, text: str) -> str:
@@ -192,7 +193,7 @@ def test_a_prototype_that_differs_from_the_header_is_refused(tmp_path: Path) -> 
 
 
 def test_missing_headers_of_python_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sysconfig, "get_path", lambda name: str(tmp_path / name))
+    monkeypatch.setattr("kinegen.native.compile._includes", lambda: (str(tmp_path / "include"),))
 
     with pytest.raises(CompileError, match=r"no Python.h in .*include\): install them, .*`apt install python3-dev`"):
         build(tmp_path)

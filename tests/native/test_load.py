@@ -16,9 +16,10 @@ import pytest
 
 from kinegen.native.compile import EXTENSION
 from kinegen.native.package import load_package
-from tests.native.conftest import SAMPLES
+from tests.native.conftest import SAMPLES, needs_compiler
 
 Damage = Callable[[Path], object]
+pytestmark = needs_compiler
 
 
 @pytest.fixture
