@@ -1,0 +1,113 @@
+"""`kinegen build`: files, kernels and their proof."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kinegen import __version__
+from kinegen.cli.terminal import complain, say, strong
+from kinegen.errors import KinegenError
+from kinegen.outputs import Quantity
+
+if TYPE_CHECKING:
+    from kinegen.build import BuildOptions, BuildResult, Stage
+
+REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
+
+
+def _quantities(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
+    """The outputs in the order of `Quantity`, whatever the order in which they were named."""
+    words = [word.strip() for word in text.split(",")]
+    known = [quantity.value for quantity in Quantity]
+    unknown = [word for word in words if word not in known]
+    if unknown:
+        raise click.BadParameter(f"unknown output {unknown[0]!r} (expected one or more of {','.join(known)})")
+    return tuple(quantity for quantity in Quantity if quantity in words)
+
+
+@click.command("build", short_help="Writes the kernels, compiles and proves them.")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    default=Path("generated"),
+    show_default=True,
+    help="Folder in which each robot gets a folder of its name.",
+)
+@click.option("--real", type=click.Choice(tuple(REALS)), default="both", show_default=True, help="Number types.")
+@click.option(
+    "--outputs",
+    metavar="LIST",
+    default=",".join(Quantity),
+    show_default=True,
+    callback=_quantities,
+    help="What is computed: pose of the tips, frames of all links, position of the tips.",
+)
+@click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
+@click.pass_context
+def command(
+    context: click.Context,
+    files: tuple[Path, ...],
+    output: Path,
+    real: str,
+    outputs: tuple[Quantity, ...],
+    no_compile: bool,
+    as_json: bool,
+) -> int:
+    """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
+
+    The folder DIR/NAME gets NAME.h, NAME.c and their companions, and is a Python package. The exit status is 0 only if
+    every proof holds; a build that fails leaves the earlier output as it was.
+    """
+    from kinegen.build import BuildOptions
+    from kinegen.emit.reals import Real
+
+    options = BuildOptions(output, tuple(Real(name) for name in REALS[real]), outputs, compile=not no_compile)
+    failed: list[Path] = []
+    documents: list[dict[str, object]] = []
+    for file in files:
+        try:
+            result = _build(file, options, brief=len(files) > 1, quiet=as_json)
+        except KinegenError as error:
+            if (len(files) == 1 and not as_json) or context.find_root().params["debug"]:
+                raise
+            complain(f"error: {error}")
+            failed.append(file)
+            documents.append({"file": str(file), "ok": False, "error": str(error)})
+        else:
+            documents.append(_document(file, result) if as_json else {})
+    if as_json:
+        say(json.dumps({"kinegen": __version__, "format": 1, "builds": documents}, indent=2))
+    if failed and len(files) > 1:
+        complain(f"{len(failed)} of {len(files)} builds failed: {', '.join(str(file) for file in failed)}")
+    return int(bool(failed))
+
+
+def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> BuildResult:
+    """Build one robot and tell of it as it goes."""
+    from kinegen.build import build
+    from kinegen.cli.report import report_lines, stage_line
+
+    def report(stage: Stage) -> None:
+        if not quiet:
+            say(stage_line(stage))
+
+    if not quiet:
+        say(strong(str(file)))
+    result = build(file, options, report)
+    if not quiet:
+        say("\n".join(report_lines(result, brief=brief)))
+    return result
+
+
+def _document(file: Path, result: BuildResult) -> dict[str, object]:
+    from kinegen.cli.record import build_record
+
+    return {"file": str(file), "ok": True, **build_record(result)}

@@ -1,0 +1,126 @@
+"""What `kinegen build` says: stages as they end, then operations, files and the proof."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+
+from kinegen.build import BuildResult, Stage
+from kinegen.cli.terminal import bad, columns, faint, filled, good, strong
+from kinegen.outputs import Quantity
+from kinegen.verify.proof import Comparison
+from kinegen.write import Written
+
+_INDENT = "  "
+_STATUS = {"unchanged": "untouched"}
+
+
+def stage_line(stage: Stage) -> str:
+    """A finished stage."""
+    return f"{_INDENT}{stage.name:<8}{stage.seconds:6.2f} s  {faint(stage.detail)}".rstrip()
+
+
+def report_lines(result: BuildResult, *, brief: bool) -> list[str]:
+    """A finished build.
+
+    Args:
+        result: The build.
+        brief: Whether it is one of several, so that files and proof get a line each.
+    """
+    lines = [*_operations(result), *_sums(result)]
+    lines += [*_note_lines(result)]
+    if brief:
+        return [*lines, _files_line(result), _proof_line(result), ""]
+    return [*lines, "", *_file_lines(result), "", *_proof_lines(result)]
+
+
+def _operations(result: BuildResult) -> list[str]:
+    """Ours beside those of the plain product, which there is for the pose alone."""
+    rows = [(quantity.value, str(count), "") for quantity, count in result.counts.items()]
+    plain = f"a plain product of link matrices: {result.plain}"
+    if Quantity.POSE in result.counts:
+        rows = [(*row[:2], plain if row[0] == Quantity.POSE else "") for row in rows]
+    else:
+        rows.append(("pose", "not built", plain))
+    table = columns([(f"{_INDENT}  {name}", *rest) for name, *rest in rows], left=frozenset({0, 1, 2}))
+    return ["", f"{_INDENT}{strong('operations')}", *table]
+
+
+def _sums(result: BuildResult) -> list[str]:
+    names = [f"c{angle.label} = cos({angle.text})" for angle in result.angles if angle.is_sum]
+    lines = filled(names, f"{_INDENT}  ") if names else [f"{_INDENT}  none"]
+    return [f"{_INDENT}{strong('angle sums')}", *lines]
+
+
+def _note_lines(result: BuildResult) -> list[str]:
+    return [f"{_INDENT}{strong('note')}: {note}" for note in result.notes]
+
+
+def _file_lines(result: BuildResult) -> list[str]:
+    rows = [(f"{_INDENT}{_STATUS.get(file.status, file.status)}", str(file.path)) for file in result.written]
+    return columns(rows, left=frozenset({0, 1}))
+
+
+def _files_line(result: BuildResult) -> str:
+    return f"{_INDENT}{strong('files')} {result.folder}: {_statuses(result.written)}"
+
+
+def _statuses(written: Iterable[Written]) -> str:
+    counted = Counter(_STATUS.get(file.status, file.status) for file in written)
+    return ", ".join(f"{number} {status}" for status, number in counted.items())
+
+
+def _proof_lines(result: BuildResult) -> list[str]:
+    """One row for each way to call the kernels, with the worst of all quantities."""
+    unit = result.robot.units.length
+    rows = [("proof", "worst in", "poses", f"position [{unit}]", "accepted", "rotation [rad]", "accepted", "")]
+    for target in dict.fromkeys(comparison.target for comparison in result.proof.comparisons):
+        group = [comparison for comparison in result.proof.comparisons if comparison.target == target]
+        worst = max(group, key=_share)
+        rows.append(
+            (
+                f"  {target}",
+                worst.quantity.value,
+                f"{sum(comparison.poses for comparison in group):,}",
+                f"{max(comparison.position_error for comparison in group):.1e}",
+                f"{worst.position_tolerance:.1e}",
+                f"{max(comparison.rotation_error for comparison in group):.1e}",
+                f"{worst.rotation_tolerance:.1e}",
+                "holds" if all(comparison.holds for comparison in group) else "FAILS",
+            )
+        )
+    lines = columns(rows, left=frozenset({0, 1, 7}))
+    coloured = [line.replace("holds", good("holds")).replace("FAILS", bad("FAILS")) for line in lines]
+    return [*(_INDENT + line for line in coloured), *_worst_lines(result)]
+
+
+def _worst_lines(result: BuildResult) -> list[str]:
+    """Where the largest errors were, for each number type."""
+    lines = []
+    for real in ("double", "float"):
+        group = [comparison for comparison in result.proof.comparisons if real in comparison.target]
+        if not group:
+            continue
+        worst = max(group, key=_share)
+        names = [variable.name for variable in result.robot.variables]
+        place = [f"{name} {value:.6g}" for name, value in zip(names, worst.worst, strict=True)]
+        at = ", at" if place else ""
+        lines.append(f"{_INDENT}worst {real}: {worst.quantity} of {worst.frame}, {worst.target}{at}")
+        lines += filled(place, _INDENT * 2)
+    return lines
+
+
+def _share(comparison: Comparison) -> float:
+    """The error as a share of what is accepted."""
+    return max(
+        comparison.position_error / comparison.position_tolerance,
+        comparison.rotation_error / comparison.rotation_tolerance,
+    )
+
+
+def _proof_line(result: BuildResult) -> str:
+    worst = max(result.proof.comparisons, key=_share)
+    poses = sum(comparison.poses for comparison in result.proof.comparisons)
+    held = good("holds") if result.proof.holds else bad("FAILS")
+    share = f"worst {100 * _share(worst):.2g} % of what is accepted, in {worst.target}"
+    return f"{_INDENT}{strong('proof')} {held} for {poses:,} poses; {share}"
