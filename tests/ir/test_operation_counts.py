@@ -31,11 +31,10 @@ def with_runtime_parameters(name: str) -> Robot:
     lines = []
     inside = False
     for line in text.splitlines():
-        if inside and line.startswith("  ") and ":" in line and not line.lstrip().startswith("#"):
-            key, _, value = line.partition(":")
-            line = f"{key}: {{value: {value.partition('#')[0].strip()}, runtime: true}}"
         inside = line.startswith("parameters:") or (inside and line.startswith("  "))
-        lines.append(line)
+        key, _, value = line.partition("#")[0].partition(":")
+        kept = inside and line.startswith("  ") and bool(value.strip())
+        lines.append(f"{key}: {{value: {value.strip()}, runtime: true}}" if kept else line)
     return loads("\n".join(lines), f"{name}.yaml")
 
 

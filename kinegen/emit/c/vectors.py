@@ -60,6 +60,7 @@ class VectorContext:
     robot: str
     prefix: str
     real: str
+    length: str
     count_macro: str
     count: int
     dof: int
@@ -94,6 +95,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real, tolerance: Frac
         robot=robot.name,
         prefix=stem,
         real=real.value,
+        length=robot.units.length,
         count_macro=f"{stem.upper()}_VECTORS",
         count=len(vectors.inputs),
         dof=robot.dof,
