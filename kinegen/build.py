@@ -45,7 +45,7 @@ from kinegen.symbolic.transforms import EXACT
 from kinegen.verify.proof import Proof, prove
 from kinegen.verify.tolerances import TOLERANCES
 from kinegen.verify.vectors import vector_inputs, vector_results
-from kinegen.write import Written, write_files
+from kinegen.write import Written, is_generated, write_files
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,17 +154,17 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
     with clock.stage("emit") as detail:
         kernels = Kernels(robot, programs, _defaults(robot))
-        files = emit_all(kernels, options.reals)
-        detail.append(f"{len(files)} files")
+        emitted = emit_all(kernels, options.reals)
+        detail.append(f"{len(emitted.files)} files")
     with clock.stage("compile") as detail:
-        extension, notes = _compile(kernels, files, options)
+        extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
-        contents = _contents(files, extension)
+        contents = _contents(emitted, extension)
         proof, backend = _prove(robot, contents, options)
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
     with clock.stage("write") as detail:
-        written = write_files(options.output / robot.name, contents)
+        written = write_files(options.output / robot.name, contents, _stale(emitted))
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,
@@ -180,8 +180,23 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     )
 
 
-def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
-    """Every text file of a package, by name.
+@dataclass(frozen=True, slots=True)
+class Emitted:
+    """What the emitters made.
+
+    Attributes:
+        sources: The C files that the extension is compiled from, by name.
+        files: All files of the package, these among them.
+        stamp: Digest of the sources.
+    """
+
+    sources: Mapping[str, str]
+    files: Mapping[str, str]
+    stamp: str
+
+
+def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> Emitted:
+    """Print every text file of a package.
 
     Args:
         kernels: The robot and its programs.
@@ -190,25 +205,21 @@ def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
     Returns:
         C kernels, their test vectors, and the Python module with its NumPy form.
     """
-    sources = kernel_sources(kernels, reals)
+    sources: dict[str, str] = {}
+    for real in reals:
+        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
+    stamp = stamp_of(sources)
     quantities = tuple(program.quantity for program in kernels.programs)
     vectors = Vectors(vector_inputs(kernels.robot), vector_results(kernels.robot, quantities))
     files = dict(sources)
     for real in reals:
         files |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))
-    return files | emit_formula(kernels) | emit_package(kernels, reals, stamp_of(sources))
-
-
-def kernel_sources(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
-    """The C files that the extension is compiled from."""
-    sources: dict[str, str] = {}
-    for real in reals:
-        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
-    return sources
+    files |= emit_formula(kernels) | emit_package(kernels, reals, stamp)
+    return Emitted(sources, files, stamp)
 
 
 def _compile(
-    kernels: Kernels, files: Mapping[str, str], options: BuildOptions
+    kernels: Kernels, emitted: Emitted, options: BuildOptions
 ) -> tuple[Extension | None, tuple[str, ...]]:
     """The extension, or none and the reason."""
     if not options.compile:
@@ -223,16 +234,15 @@ def _compile(
         reals=tuple(real.value for real in options.reals),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
     )
-    sources = {name: files[name] for name in kernel_sources(kernels, options.reals)}
     try:
-        return build_extension(interface, sources), ()
+        return build_extension(interface, emitted.sources), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 
 
-def _contents(files: Mapping[str, str], extension: Extension | None) -> dict[str, str | bytes]:
+def _contents(emitted: Emitted, extension: Extension | None) -> dict[str, str | bytes]:
     compiled = {} if extension is None else {EXTENSION: extension.content}
-    return {**files, **compiled}
+    return {**emitted.files, **compiled}
 
 
 def _prove(robot: Robot, contents: Mapping[str, str | bytes], options: BuildOptions) -> tuple[Proof, str]:
@@ -246,6 +256,15 @@ def _prove(robot: Robot, contents: Mapping[str, str | bytes], options: BuildOpti
         proof = prove(robot, package, options.quantities, tuple(real.value for real in options.reals))
         proof.require(robot)
         return proof, str(package.backend)
+
+
+def _stale(emitted: Emitted) -> Callable[[Path], bool]:
+    """Which files of an earlier build go: all that are ours, but not an extension of the same C files."""
+
+    def stale(path: Path) -> bool:
+        return is_generated(path) and not (path.name == EXTENSION and emitted.stamp.encode() in path.read_bytes())
+
+    return stale
 
 
 def _vector_tolerance(robot: Robot, real: Real) -> Fraction:
