@@ -31,7 +31,7 @@ def lower(expressions: Expressions) -> Program:
         expressions: Definitions and entries, exact.
 
     Returns:
-        The program; statements stand in the order of their first need, sines and cosines first.
+        The program; sines and cosines come first.
 
     Raises:
         KinegenError: If an expression needs an operation that a kernel does not have (a root of a runtime parameter).

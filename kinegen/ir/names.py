@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from kinegen.angles import Angle, AngleLabels
+from kinegen.ir.order import shorten_lives
 from kinegen.ir.program import (
     AngleSum,
     Constant,
@@ -67,6 +68,7 @@ def name_values(
 
 class _Naming:
     def __init__(self, values: Values, labels: AngleLabels) -> None:
+        self.values = values
         self.nodes = values.nodes
         self.labels = labels
         self.angles: dict[int, AngleSum] = {}
@@ -74,7 +76,10 @@ class _Naming:
         self.temporaries = 0
 
     def order(self, outputs: Sequence[int]) -> list[int]:
-        """Live operations: everything that leads to a sine or cosine first, then the rest as it was defined."""
+        """Live operations: everything that leads to a sine or cosine first, then the rest, results soon used.
+
+        The pairs come first because each is a call in C: whatever waits across a call costs stack.
+        """
         live = self._needed(outputs)
         trigonometric = [number for number in sorted(live) if self._operator(number) in _TRIGONOMETRIC]
         for angle in sorted({self._node(number).operands[0] for number in trigonometric}, key=self._angle_key):
@@ -87,7 +92,7 @@ class _Naming:
         )
         sums = [number for number in sorted(early) if self._is_operation(number) and number not in pairs]
         late = [number for number in sorted(live) if self._is_operation(number) and number not in early]
-        return sums + pairs + late
+        return sums + pairs + shorten_lives(self.values, late)
 
     def name(self, number: int) -> None:
         """Give a live operation its name."""

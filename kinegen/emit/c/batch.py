@@ -32,7 +32,6 @@ class BatchFunction:
         frames: Frames for each configuration.
         is_pose: Whether the row-major result has the constant last rows.
         body: Statements for one configuration of a tile.
-        stores: Assignments to the result tile.
     """
 
     name: str
@@ -42,7 +41,6 @@ class BatchFunction:
     frames: int
     is_pose: bool
     body: tuple[str, ...]
-    stores: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +96,5 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         rows=len(program.outputs),
         frames=len(program.frames),
         is_pose=program.quantity.is_pose,
-        body=printer.lines(program),
-        stores=tuple(f"t[{row}][i] = {printer.output(operand)};" for row, operand in enumerate(program.outputs)),
+        body=printer.lines(program, [f"t[{row}][i]" for row in range(len(program.outputs))]),
     )

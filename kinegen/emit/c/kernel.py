@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from kinegen.emit.c.statements import CPrinter, uses_sincos
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.ir.program import Program
+from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
 from kinegen.outputs import Quantity
 
@@ -24,8 +25,7 @@ class Function:
         operations: What a call costs, in words.
         prototype: Declaration without `restrict`, valid in C++.
         definition: Head of the definition.
-        body: Statements.
-        stores: Assignments to the output.
+        body: Statements; each result is stored as soon as it is there.
         output: Name of the output argument.
         shape: What the output argument holds.
         unused: Arguments that the body does not read.
@@ -37,7 +37,6 @@ class Function:
     prototype: str
     definition: str
     body: tuple[str, ...]
-    stores: tuple[str, ...]
     output: str
     shape: str
     unused: tuple[str, ...]
@@ -147,9 +146,8 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     plain = ", ".join([*(argument.format("") for argument in inputs), f"{real} {output}{extents}"])
     restrict = ", ".join([*(argument.format("restrict ") for argument in inputs), f"{real} {output}{restricted}"])
     printer = CPrinter(real, f"{prefix(robot.name, real)}_sincos")
-    body = printer.lines(program)
-    stores = _stores(printer, program, output, extent is not None)
-    text = "\n".join((*body, *stores))
+    body = _body(printer, program, output, extent is not None)
+    text = "\n".join(body)
     unused = tuple(
         argument
         for argument, sign, present in (("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters))
@@ -162,7 +160,6 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restrict})",
         body=body,
-        stores=stores,
         output=output,
         shape=_shape(kernels, program),
         unused=unused,
@@ -178,14 +175,11 @@ def _shape(kernels: Kernels, program: Program) -> str:
     return what
 
 
-def _stores(printer: CPrinter, program: Program, output: str, nested: bool) -> tuple[str, ...]:
-    lines = []
-    entries = program.quantity.entries
-    for number in range(len(program.frames)):
-        block = [printer.output(operand) for operand in program.outputs[number * entries : (number + 1) * entries]]
-        if program.quantity.is_pose:
-            zero, one = ("0.0", "1.0") if printer.real is Real.DOUBLE else ("0.0F", "1.0F")
-            block += [zero, zero, zero, one]
-        place = f"{output}[{number}]" if nested else output
-        lines += [f"{place}[{index}] = {value};" for index, value in enumerate(block)]
-    return tuple(lines)
+def _body(printer: CPrinter, program: Program, output: str, nested: bool) -> tuple[str, ...]:
+    """The statements, and the constant last row of each matrix."""
+    is_pose = program.quantity.is_pose
+    arrays = [f"{output}[{number}]" if nested else output for number in range(len(program.frames))]
+    places = [f"{array}[{entry}]" for array in arrays for entry in range(program.quantity.entries)]
+    last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)] if is_pose else []
+    rows = [printer.assignment(f"{array}[{12 + column}]", one) for array in arrays for column, one in enumerate(last)]
+    return (*printer.lines(program, places), *rows)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinegen.emit.reals import Real
@@ -48,12 +50,23 @@ class CPrinter:
             case _:
                 raise TypeError(f"C has no form for the operand {operand!r}")
 
-    def output(self, operand: Operand) -> str:
-        """One operand on the right of an assignment."""
-        return self.operand(operand).removeprefix("(").removesuffix(")")
+    def assignment(self, place: str, operand: Operand) -> str:
+        """The assignment of an operand to a place of the result."""
+        return f"{place} = {self.operand(operand).removeprefix('(').removesuffix(')')};"
 
-    def lines(self, program: Program) -> tuple[str, ...]:
-        """The statements of a program; a sine and a cosine of one angle are one call."""
+    def lines(self, program: Program, places: Sequence[str]) -> tuple[str, ...]:
+        """The statements of a program; a sine and a cosine of one angle are one call.
+
+        Args:
+            program: The program.
+            places: Where each of its outputs belongs. A result is stored as soon as it is there, so that it need not
+                be kept (outputs do not overlap inputs); what needs no computing comes last.
+        """
+        stores: defaultdict[str, list[str]] = defaultdict(list)
+        last: list[str] = []
+        for place, operand in zip(places, program.outputs, strict=True):
+            group = stores[operand.name] if isinstance(operand, Temporary) else last
+            group.append(self.assignment(place, operand))
         lines: list[str] = []
         done: set[Operand] = set()
         labels = self._pair_labels(program)
@@ -61,10 +74,12 @@ class CPrinter:
             angle = statement.operands[0]
             if statement.operator not in (Operator.SIN, Operator.COS):
                 lines.append(f"const {self.real} {statement.name} = {self._expression(statement)};")
+                lines += stores[statement.name]
             elif angle not in done:
                 done.add(angle)
                 lines += self._pair(labels[angle], angle)
-        return tuple(lines)
+                lines += stores[f"s{labels[angle]}"] + stores[f"c{labels[angle]}"]
+        return (*lines, *last)
 
     def _pair(self, label: str, angle: Operand) -> list[str]:
         return [
