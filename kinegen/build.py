@@ -44,7 +44,7 @@ from kinegen.symbolic.plain import derive_plain
 from kinegen.symbolic.transforms import EXACT
 from kinegen.verify.proof import Proof, prove
 from kinegen.verify.tolerances import TOLERANCES
-from kinegen.verify.vectors import vector_inputs, vector_results
+from kinegen.verify.vectors import vector_inputs, vector_pairs, vector_results
 from kinegen.write import Written, is_generated, write_files
 
 
@@ -210,7 +210,13 @@ def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> Emitted:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
     stamp = stamp_of(sources)
     quantities = tuple(program.quantity for program in kernels.programs)
-    vectors = Vectors(vector_inputs(kernels.robot), vector_results(kernels.robot, quantities))
+    inputs = vector_inputs(kernels.robot)
+    names = (parameter.name for parameter in kernels.robot.runtime_parameters)
+    vectors = Vectors(
+        inputs=inputs,
+        expected=vector_results(kernels.robot, quantities),
+        pairs=vector_pairs(kernels.programs, inputs, dict(zip(names, kernels.defaults, strict=True))),
+    )
     files = dict(sources)
     for real in reals:
         files |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))

@@ -126,6 +126,11 @@ def guard(file_name: str) -> str:
     return f"KINEGEN_{file_name.replace('.', '_').upper()}_INCLUDED"
 
 
+def sincos_macro(robot: str, real: str = "double") -> str:
+    """The macro by which a board's own sine-cosine replaces the emitted one: `KINEGEN_PUMA560_F32_SINCOS`."""
+    return f"KINEGEN_{prefix(robot, real)}_SINCOS".upper()
+
+
 def comment_text(text: str) -> str:
     """Text made harmless inside a C comment of either kind.
 

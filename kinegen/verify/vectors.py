@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
+from operator import add, mul, neg, sub, truediv
 from typing import Any
 
 import mpmath
 
 from kinegen import reference
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples
 
 Row = tuple[Fraction, ...]
 
+PAIRS = 24
+"""Sines and cosines in the self-test of the pair."""
+
 _NEGLIGIBLE = 1e-40
+_EXACT: Mapping[Operator, Callable[..., Fraction]] = {
+    Operator.ADD: add,
+    Operator.SUB: sub,
+    Operator.MUL: mul,
+    Operator.DIV: truediv,
+    Operator.NEG: neg,
+}
 
 
 def vector_inputs(robot: Robot) -> tuple[Row, ...]:
@@ -41,6 +56,40 @@ def vector_results(robot: Robot, quantities: tuple[Quantity, ...]) -> dict[Quant
         )
         for quantity in quantities
     }
+
+
+def vector_pairs(
+    programs: tuple[Program, ...], inputs: tuple[Row, ...], parameters: Mapping[str, Fraction]
+) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
+    """Angles that kernels take the sine and cosine of, and both.
+
+    Args:
+        programs: The kernels.
+        inputs: Joint vectors.
+        parameters: Values of the runtime parameters.
+
+    Returns:
+        Angle, sine and cosine, ascending; `PAIRS` at most, evenly picked. Floats hold the angles exactly.
+    """
+    exact = {angle for program in programs for row in inputs for angle in _angles(program, row, parameters)}
+    angles = sorted({Fraction(Real.FLOAT.round(angle)) for angle in exact})
+    chosen = angles[:: math.ceil(len(angles) / PAIRS) or 1]
+    with mpmath.workdps(50):
+        results = [mpmath.cos_sin(mpmath.mpf(angle.numerator) / angle.denominator) for angle in chosen]
+        return tuple((angle, _fraction(s), _fraction(c)) for angle, (c, s) in zip(chosen, results, strict=True))
+
+
+def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> Iterator[Fraction]:
+    """The arguments of the sines and cosines of one call, in exact arithmetic."""
+    known: dict[Operand, Fraction] = {Variable(index): entry for index, entry in enumerate(row)}
+    known |= {RuntimeParameter(name): value for name, value in parameters.items()}
+    for statement in program.statements:
+        known |= {operand: operand.value for operand in statement.operands if isinstance(operand, Constant)}
+        operands = [known[operand] for operand in statement.operands if operand in known]
+        if statement.operator in (Operator.SIN, Operator.COS):
+            yield operands[0]
+        elif len(operands) == statement.operator.arity:
+            known[Temporary(statement.name)] = _EXACT[statement.operator](*operands)
 
 
 def quantity_frames(robot: Robot, quantity: Quantity) -> tuple[str, ...]:

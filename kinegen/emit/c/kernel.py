@@ -11,7 +11,7 @@ from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.ir.program import Constant, Program
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Quantity
 
 
@@ -63,6 +63,7 @@ class KernelContext:
     defaults: tuple[tuple[str, str], ...]
     functions: tuple[Function, ...]
     sincos: Sincos | None
+    sincos_macro: str
 
 
 def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -105,6 +106,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
         sincos=SINCOS[real] if uses_sincos(kernels.programs) else None,
+        sincos_macro=sincos_macro(robot.name, real),
     )
 
 
@@ -145,7 +147,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         inputs.append(f"const {prefix(robot.name, real)}_params *{{}}params")
     plain = ", ".join([*(argument.format("") for argument in inputs), f"{real} {output}{extents}"])
     restrict = ", ".join([*(argument.format("restrict ") for argument in inputs), f"{real} {output}{restricted}"])
-    printer = CPrinter(real, f"{prefix(robot.name, real)}_sincos")
+    printer = CPrinter(real, sincos_macro(robot.name, real))
     body = _body(printer, program, output, extent is not None)
     text = "\n".join(body)
     unused = tuple(

@@ -27,7 +27,7 @@ class CPrinter:
 
     Attributes:
         real: The number type.
-        sincos: Name of the sine-cosine function.
+        sincos: Name of the sine-cosine function or macro.
         variable: How an entry of the joint vector is written, `{}` standing for its index.
     """
 

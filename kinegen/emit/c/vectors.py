@@ -13,7 +13,8 @@ from kinegen.emit.c.kernel import macros, output_argument
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
-from kinegen.naming import c_file, comment_text, function, guard, prefix
+from kinegen.emit.sincos import SINCOS, Sincos
+from kinegen.naming import c_file, comment_text, function, guard, prefix, sincos_macro
 from kinegen.outputs import Quantity
 
 
@@ -25,10 +26,12 @@ class Vectors:
         inputs: Joint vectors; entries that floats hold exactly.
         expected: For each quantity and joint vector, the entries of the output array in order, without the constant
             last row of a matrix.
+        pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
     """
 
     inputs: tuple[tuple[Fraction, ...], ...]
     expected: Mapping[Quantity, tuple[tuple[Fraction, ...], ...]]
+    pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +70,10 @@ class VectorContext:
     dof_macro: str
     inputs: tuple[str, ...]
     checks: tuple[VectorCheck, ...]
+    pairs: tuple[str, ...]
+    pairs_macro: str
+    sincos: Sincos
+    sincos_macro: str
     tolerance: str
     zero: str
 
@@ -102,11 +109,15 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real, tolerance: Frac
         dof_macro=macros(kernels)[0][0],
         inputs=tuple(_row(entries, real) for entries in vectors.inputs),
         checks=tuple(_check(kernels, vectors, index, real) for index in range(len(kernels.programs))),
+        pairs=tuple(_pair(*pair, real) for pair in vectors.pairs),
+        pairs_macro=f"{stem.upper()}_PAIRS",
+        sincos=SINCOS[real],
+        sincos_macro=sincos_macro(robot.name, real),
         tolerance=real.literal(tolerance),
         zero=real.literal(Fraction(0)),
     )
     return {
-        name: environment().get_template(template).render(k=context)
+        name: environment().get_template(template).render(k=context, prefix=stem, qualifier="static")
         for name, template in ((context.header, "c/vectors.h.jinja"), (context.source, "c/selftest.c.jinja"))
     }
 
@@ -132,6 +143,12 @@ def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> Vector
         first=f"&{output}[0][0]" if extent else f"&{output}[0]",
         call=f"{name}({', '.join([*inputs, output])})",
     )
+
+
+def _pair(angle: Fraction, sine: Fraction, cosine: Fraction, real: Real) -> str:
+    """The angle and its results, each as the nearest number and the rest, so that errors below half a unit show."""
+    nearest = [Fraction(real.round(result)) for result in (sine, cosine)]
+    return _row((angle, nearest[0], sine - nearest[0], nearest[1], cosine - nearest[1]), real)
 
 
 def _row(entries: Sequence[Fraction], real: Real) -> str:
