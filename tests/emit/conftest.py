@@ -1,0 +1,51 @@
+"""Emitted files on disk, once for all tests of a process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from kinegen.emit.reals import Real
+from tests.emit.emitted import NAMES, SMALL, texts
+
+
+@pytest.fixture(scope="session")
+def folder_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """The folder of a robot's files; tests write only beside it."""
+    root = tmp_path_factory.mktemp("emitted")
+
+    @cache
+    def folder(name: str) -> Path:
+        (root / name).mkdir()
+        for file, text in texts(name).items():
+            (root / name / file).write_text(text, encoding="utf-8", newline="\n")
+        return root / name
+
+    return folder
+
+
+@pytest.fixture(params=NAMES)
+def name(request: pytest.FixtureRequest) -> str:
+    """Every robot that the emitters are tried with."""
+    return str(request.param)
+
+
+@pytest.fixture(params=SMALL)
+def small(request: pytest.FixtureRequest) -> str:
+    """A few robots with every kind of interface but the tree."""
+    return str(request.param)
+
+
+@pytest.fixture(params=list(Real))
+def real(request: pytest.FixtureRequest) -> Real:
+    """Both number types."""
+    return Real(request.param)
+
+
+@pytest.fixture
+def folder(name: str, folder_of: Callable[[str], Path]) -> Path:
+    """The files of the robot of this test."""
+    return folder_of(name)

@@ -1,0 +1,76 @@
+"""What the emitters print for a few robots, once for all tests of a process, and how the C is compiled."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+from kinegen.build import _defaults, emit_all
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.ir.lower import lower
+from kinegen.naming import prefix
+from kinegen.outputs import Quantity
+from kinegen.robot.load import load
+from kinegen.robot.model import Robot
+from kinegen.symbolic.derive import derive
+
+ROOT = Path(__file__).resolve().parents[2]
+ROBOTS = ROOT / "robots"
+
+NAMES = ("puma560", "ur5", "hand", "calibrated_2r", "blocks", "cartesian", "screw")
+"""Arms; a tree with five tips; runtime parameters; no joint at all; no angle at all; an angle that is a length too."""
+
+SMALL = ("puma560", "calibrated_2r", "blocks", "cartesian")
+"""A few of these where compiling takes long: every kind of interface but the tree."""
+
+COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
+
+STRICT = {
+    "gcc": "-std=c99 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wfloat-conversion -Wstrict-prototypes "
+    "-Wmissing-prototypes -Wshadow -Wundef -Wcast-qual -Wvla -ffreestanding -Werror",
+    # clang lists the declarations that C90 did not allow.
+    "clang": "-std=c99 -Weverything -Wno-declaration-after-statement -ffreestanding -Werror",
+}
+"""The flags under which the C has to be silent."""
+
+
+def robot(name: str) -> Robot:
+    """A robot of `robots/`."""
+    return load(ROBOTS / f"{name}.yaml")
+
+
+@cache
+def kernels(name: str) -> Kernels:
+    """Its programs, of all quantities."""
+    arm = robot(name)
+    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), _defaults(arm))
+
+
+@cache
+def texts(name: str) -> Mapping[str, str]:
+    """Every text file of its package, by name."""
+    return emit_all(kernels(name), tuple(Real)).files
+
+
+def c_kernels(name: str, real: Real) -> tuple[str, str, str]:
+    """The C files of one number type: scalar kernels, batch kernels, self-test."""
+    stem = prefix(name, real)
+    return f"{stem}.c", f"{stem}_batch.c", f"{stem}_selftest.c"
+
+
+def run(command: Sequence[str | Path], folder: Path | None = None) -> str:
+    """Run a command that must succeed and say nothing on standard error."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+    assert (done.returncode, done.stderr) == (0, ""), f"{command}\n{done.stdout}{done.stderr}"
+    return done.stdout
+
+
+def code(text: str) -> str:
+    """C without its comments."""
+    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
