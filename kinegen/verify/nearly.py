@@ -129,9 +129,15 @@ def _sentence(
     value, special = (checked_value(multiply(RADIAN, each) if degrees else each, parameters) for each in found)
     wanted = _quarters(special) if place.dimension is Dimension.ANGLE and not degrees else f"{special:f}"
     # As few digits as show that it is not the special value.
-    texts = [[f"{each.normalize():.{digits}g}" for each in (value, special)] for digits in (6, 12, 17, 50)]
-    written = next(text for text, other in texts if Decimal(text) != Decimal(other))
+    texts = [(_rounded(value, digits), _rounded(special, digits)) for digits in (6, 12, 17, 50)]
+    written = next((text for text, other in texts if text != other), texts[-1][0])
     return f"{place.words} is {written} {unit}, close to {wanted}, and kept as it is; {effect}"
+
+
+def _rounded(value: Decimal, digits: int) -> str:
+    """A number with some digits, without the zeros at its end."""
+    text = f"{value:.{digits}g}"
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def _quarters(angle: Decimal) -> str:
@@ -142,10 +148,12 @@ def _quarters(angle: Decimal) -> str:
 
 
 def _distance(one: Robot, other: Robot, frames: tuple[str, ...]) -> float:
-    """How far frames of two robots get from each other, at random poses and at zero."""
+    """How far frames of two robots get from each other, at random poses, at corners of the joint box and at zero."""
     box = np.array(joint_box(one)).reshape(-1, 2)
-    random = np.random.default_rng(SEED).uniform(box[:, 0], box[:, 1], (POSES, len(box)))
-    q = np.concatenate([np.zeros((1, len(box))), random])
+    generator = np.random.default_rng(SEED)
+    random = generator.uniform(box[:, 0], box[:, 1], (POSES, len(box)))
+    corners = np.where(generator.integers(0, 2, (POSES, len(box))), box[:, 1], box[:, 0])
+    q = np.concatenate([np.zeros((1, len(box))), random, corners])
     left, right = reference.frames(one, q), reference.frames(other, q)
     return max(float(np.linalg.norm(left[name][:, :3, 3] - right[name][:, :3, 3], axis=1).max()) for name in frames)
 

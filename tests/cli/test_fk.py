@@ -1,0 +1,142 @@
+"""`kinegen fk`: joint values in, a pose out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen import reference
+from kinegen.cli import main
+from kinegen.robot.load import load
+from tests.cli.commands import ROBOTS, TWO
+
+PUMA = str(ROBOTS / "puma560.yaml")
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> str:
+    """A revolute and a prismatic joint, both with limits."""
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO, encoding="utf-8")
+    return str(path)
+
+
+def matrices(text: str) -> dict[str, np.ndarray]:
+    """The printed matrices by their headings."""
+    found = {}
+    for part in text.split("\n\n"):
+        lines = part.splitlines()
+        found[lines[0]] = np.array([[float(word) for word in line.split()] for line in lines[1:5]])
+    return found
+
+
+def test_the_whole_answer(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", two, "-pi/2", "0.25"]) == 0
+    assert capsys.readouterr().out == (
+        "base_T_tool\n"
+        " 0.000000000000  0.000000000000  -1.000000000000   0.000000000000\n"
+        "-1.000000000000  0.000000000000   0.000000000000  -0.500000000000\n"
+        " 0.000000000000  1.000000000000   0.000000000000   0.250000000000\n"
+        " 0.000000000000  0.000000000000   0.000000000000   1.000000000000\n"
+        "position 0, -0.5, 0.25 m\n"
+    )
+
+
+def test_it_is_the_pose_of_the_reference(capsys: pytest.CaptureFixture[str]) -> None:
+    q = [0.1, -0.2, 0.3, -0.4, 0.5, -0.6]
+
+    assert main(["fk", PUMA, *map(str, q)]) == 0
+
+    printed = matrices(capsys.readouterr().out)["base_T_tool"]
+    assert np.abs(printed - reference.pose(load(PUMA), q)[0, 0]).max() < 1e-12
+
+
+def test_degrees_are_for_angles_alone(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["fk", two, "--deg", "-90", "0.25"])
+    degrees = capsys.readouterr()
+    main(["fk", two, "-pi/2", "0.25"])
+
+    assert capsys.readouterr() == degrees
+
+
+def test_half_a_turn_may_be_called_pi_in_degrees_too(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["fk", two, "--deg", "pi/2", "0"])
+    turned = capsys.readouterr()
+    main(["fk", two, "--deg", "90", "0"])
+
+    assert capsys.readouterr() == turned
+
+
+@pytest.mark.parametrize("name", ["elbow", "3"])
+def test_another_frame(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", PUMA, "0", "-0.5", "0", "0", "0", "0", "--frame", name]) == 0
+
+    printed = matrices(capsys.readouterr().out)
+    expected = reference.frames(load(PUMA), [0, -0.5, 0, 0, 0, 0])["elbow"][0]
+    assert list(printed) == ["base_T_elbow"]
+    assert np.abs(printed["base_T_elbow"] - expected).max() < 1e-12
+
+
+def test_an_unknown_frame_is_an_error(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", two, "0", "0", "--frame=hand"]) == 1
+    assert capsys.readouterr().err == (
+        "error: unknown frame 'hand' (expected base, turn, slide, tool, wrist, or a row number up to 2)\n"
+    )
+
+
+def test_a_tree_prints_every_tip(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", str(ROBOTS / "hand.yaml"), *["0"] * 17]) == 0
+
+    tips = load(ROBOTS / "hand.yaml").tips
+    assert list(matrices(capsys.readouterr().out)) == [f"base_T_{tip}" for tip in tips]
+
+
+def test_a_chain_without_joints_takes_no_values(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", str(ROBOTS / "blocks.yaml")]) == 0
+    assert capsys.readouterr().out.endswith("position 7, -8, 6 cm\n")
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (["0"], "two takes 2 (turn [rad], slide [m]) joint values; 1 given"),
+        (["0", "0", "0"], "two takes 2 (turn [rad], slide [m]) joint values; 3 given"),
+        (["0", "--deg"], "two takes 2 (turn [deg], slide [m]) joint values; 1 given"),
+        (["x", "0"], "turn: 'x' is not a number"),
+        (["0", "1/0"], "slide: division by zero"),
+        (["1,5", "0"], "turn: ',' cannot stand in an expression (a decimal point is written '.')"),
+        (["--", "--1", "-"], "slide: '-' is not an expression"),
+        (["--foo", "0"], "No such option '--foo'."),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_wrong_values_are_wrong_usage(
+    values: list[str], message: str, two: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["fk", two, *values]) == 2
+
+    err = capsys.readouterr().err
+    assert err.splitlines()[-1].startswith(f"Error: {message}"), err
+
+
+@pytest.mark.parametrize(
+    ("values", "warning"),
+    [
+        (["2", "0"], "turn = 2 rad lies outside its limits, -1.5708 to 1.5708 rad; --deg takes degrees"),
+        (["--deg", "100", "0"], "turn = 100 deg lies outside its limits, -90 to 90 deg"),
+        (["0", "-0.1"], "slide = -0.1 m lies outside its limits, 0 to 2 m"),
+    ],
+)
+def test_limits_are_warned_of(values: list[str], warning: str, two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", two, *values]) == 0
+
+    out, err = capsys.readouterr()
+    assert err == f"warning: {warning}\n"
+    assert out.startswith("base_T_tool\n")
+
+
+def test_the_bounds_themselves_are_inside(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", two, "--deg", "-90", "2"]) == 0
+    assert capsys.readouterr().err == ""
