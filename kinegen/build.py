@@ -31,7 +31,8 @@ from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError
 from kinegen.ir.lower import exact_number, lower
 from kinegen.ir.program import AngleSum, Count, Program, count
-from kinegen.native.compile import EXTENSION, Extension
+from kinegen.naming import EXTENSION
+from kinegen.native.compile import Extension
 from kinegen.native.glue import Interface, OutputShape
 from kinegen.native.package import build_extension, load_package, stamp_of
 from kinegen.outputs import Quantity

@@ -12,6 +12,9 @@ import sys
 
 from kinegen.errors import KinegenError
 
+EXTENSION = "_native.abi3.so"
+"""File name of the compiled extension in a package; the one file there that carries no banner."""
+
 MAX_NAME = 40
 _SHAPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _SHOWN = 60

@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ROWS = (
     ("kinegen",),
     ("kinegen.angles", "kinegen.errors", "kinegen.outputs"),
-    ("kinegen.naming", "kinegen.write"),
+    ("kinegen.naming",),
+    ("kinegen.write",),
     ("kinegen.robot",),
     ("kinegen.reference",),
     ("kinegen.symbolic",),

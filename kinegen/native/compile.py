@@ -21,12 +21,10 @@ import numpy as np
 from cffi.recompiler import make_c_source
 
 from kinegen.errors import CompileError, MissingToolError
+from kinegen.naming import EXTENSION
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import Compiler, find_compiler, processor
 from kinegen.native.glue import GLUE, HEADER
-
-EXTENSION = "_native.abi3.so"
-"""File name of the extension in a package."""
 
 _WRAPPER = "kinegen_cffi.c"
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"

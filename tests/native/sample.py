@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.native.compile import EXTENSION, Flags
+from kinegen.naming import EXTENSION
+from kinegen.native.compile import Flags
 from kinegen.native.glue import Interface, OutputShape
 from kinegen.native.package import build_extension, stamp_of
 

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from kinegen.errors import CompileError
-from kinegen.native.compile import EXTENSION, Flags, compile_extension
+from kinegen.naming import EXTENSION
+from kinegen.native.compile import Flags, compile_extension
 from kinegen.native.compiler import find_compiler, processor
 from kinegen.native.glue import declarations, glue
 from kinegen.native.package import build_extension, stamp_of

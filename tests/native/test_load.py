@@ -14,7 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.native.compile import EXTENSION
+from kinegen.naming import EXTENSION
 from kinegen.native.package import load_package
 from tests.native.conftest import SAMPLES, needs_compiler
 
