@@ -16,8 +16,8 @@ from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.naming import c_file, function, guard, prefix
 
-TILE = 64
-"""Poses in a tile."""
+TILE_BYTES = 128
+"""Bytes of one row of a tile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,20 +26,24 @@ class BatchFunction:
 
     Attributes:
         name: C name.
-        scalar: Name of the scalar kernel.
         brief: What it computes.
         rows: Computed numbers for each configuration.
         frames: Frames for each configuration.
         is_pose: Whether the row-major result has the constant last rows.
-        body: Statements for one configuration of a tile.
+        tile: Name of the function that evaluates a tile.
+        tile_arguments: Its arguments.
+        tile_values: What is passed for them.
+        body: Statements for one configuration of a tile, and the assignments to the result tile.
     """
 
     name: str
-    scalar: str
     brief: str
     rows: int
     frames: int
     is_pose: bool
+    tile: str
+    tile_arguments: str
+    tile_values: str
     body: tuple[str, ...]
 
 
@@ -53,6 +57,8 @@ class BatchContext:
     guard: str
     title: str
     tile: int
+    has_poses: bool
+    has_points: bool
     functions: tuple[BatchFunction, ...]
 
 
@@ -75,7 +81,9 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         source=c_file(robot.name, "c", real, batch=True),
         guard=guard(header),
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
-        tile=TILE,
+        tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
+        has_poses=any(program.quantity.is_pose for program in kernels.programs),
+        has_points=any(not program.quantity.is_pose for program in kernels.programs),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
     )
     return {
@@ -88,13 +96,21 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
 
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     robot = kernels.robot
-    printer = CPrinter(real, f"{prefix(robot.name, real)}_sincos", variable="q[{}][i]")
+    stem = prefix(robot.name, real)
+    printer = CPrinter(real, f"{stem}_sincos", variable="q[i * pose + {} * joint]")
+    inputs = [f"const {real} *restrict q", "ptrdiff_t pose", "ptrdiff_t joint"] if robot.dof else []
+    passed = ["inputs.q", "inputs.pose", "inputs.joint"] if robot.dof else []
+    if robot.runtime_parameters:
+        inputs.append(f"const {stem}_params *params")
+        passed.append("params")
     return BatchFunction(
         name=function(robot.name, program.quantity.function, real, batch=True),
-        scalar=function(robot.name, program.quantity.function, real),
         brief=QUANTITY_TEXT[program.quantity],
         rows=len(program.outputs),
         frames=len(program.frames),
         is_pose=program.quantity.is_pose,
+        tile=f"{function(robot.name, program.quantity.function, real)}_tile",
+        tile_arguments=", ".join([*inputs, f"{real} (*restrict t)[TILE]"]),
+        tile_values=", ".join([*passed, "t"]),
         body=printer.lines(program, [f"t[{row}][i]" for row in range(len(program.outputs))]),
     )
