@@ -1,8 +1,9 @@
 """Text to disk: a folder gets all of its files or keeps what it had.
 
-In: a folder, and the content of each file. Files that would not change are not touched. The others are written in full
-under other names first and then renamed into place, so that a full disk, an unwritable folder or Ctrl-C leaves the
-earlier output whole. A lock on the folder keeps two builds apart. Nothing here looks into the text or alters it.
+In: a folder, and the content of each file, also in folders below it. Files that would not change are not touched. The
+others are written in full under other names first and then renamed into place, so that a full disk, an unwritable
+folder or Ctrl-C leaves the earlier output whole. A lock on the folder keeps two builds apart. Nothing here looks into
+the text or alters it.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from kinegen.errors import WriteError
@@ -63,9 +64,10 @@ def write_files(
 
     Args:
         folder: The folder; made if missing.
-        files: Content by plain file name; text is written as UTF-8 with the line ends that it has.
-        stale: Asked of each other file in the folder whether it is left over from an earlier build, such as
-            `is_generated`; those are removed. By default nothing is.
+        files: Content by plain file name, or by a path below the folder with forward slashes such as `src/arm.c`; text
+            is written as UTF-8 with the line ends that it has.
+        stale: Asked of each other file in the folder, and in the folders below it that `files` names, whether it is
+            left over from an earlier build, such as `is_generated`; those are removed. By default nothing is.
         patience: How long to wait for another build that writes to the folder, in seconds.
 
     Returns:
@@ -75,12 +77,10 @@ def write_files(
         WriteError: If the folder cannot be written; it is then as it was.
     """
     contents = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
-    for name in contents:
-        if name in ("", "..") or name != Path(name).name or set(name) & set("\\\0") or name.startswith(_STAGE):
-            raise WriteError(f"{name!a} is not a plain file name; nothing was written")
+    places = _places(contents)
     try:
-        with _made(folder), _locked(folder, patience):
-            return _exchange(folder, contents, stale)
+        with _made(folder), _locked(folder, patience), _made_below(folder, places):
+            return _exchange(folder, contents, [folder, *(folder / place for place in places)], stale)
     except OSError as error:
         reason = error.strerror or str(error)
         raise WriteError(f"cannot write {folder}: {reason}; the earlier output is untouched") from error
@@ -99,6 +99,46 @@ def is_generated(path: Path) -> bool:
         return True
     with path.open("rb") as file:
         return _BANNER in file.read(_BANNER_WITHIN)
+
+
+def _places(names: Collection[str]) -> tuple[str, ...]:
+    """The folders below the main one that names stand in, each after those that hold it; no name leads elsewhere."""
+    places: set[str] = set()
+    for name in names:
+        parts = name.split("/")
+        if not all(_is_plain(part) for part in parts):
+            raise WriteError(f"{name!a} is not a plain file name; nothing was written")
+        places |= {"/".join(parts[:end]) for end in range(1, len(parts))}
+    both = places.intersection(names)
+    if both:
+        raise WriteError(f"{min(both)!a} is the name of a folder too; nothing was written")
+    return tuple(sorted(places))
+
+
+def _is_plain(part: str) -> bool:
+    return part not in ("", ".", "..") and not set(part) & set("\\\0") and not part.startswith(_STAGE)
+
+
+@contextlib.contextmanager
+def _made_below(folder: Path, places: Sequence[str]) -> Iterator[None]:
+    """Make folders below the main one, and take away what was made if nothing came of it."""
+    paths = [folder / name for name in places]
+    for path in paths:
+        # A link could lead out of the folder, and what lies there is not ours to replace.
+        if path.is_symlink():
+            raise WriteError(f"{path} is a link; the earlier output is untouched")
+    made: list[Path] = []
+    try:
+        for path in paths:
+            if not path.is_dir():
+                path.mkdir()
+                made.append(path)
+        yield
+    except BaseException:
+        with contextlib.suppress(OSError):
+            for place in reversed(made):
+                place.rmdir()
+        raise
 
 
 @contextlib.contextmanager
@@ -152,18 +192,22 @@ def _wait(handle: int, folder: Path, deadline: float) -> None:
             return
 
 
-def _exchange(folder: Path, contents: Mapping[str, bytes], stale: Callable[[Path], bool] | None) -> tuple[Written, ...]:
-    present = sorted(path for path in folder.iterdir() if path.is_file() and path.name not in contents)
+def _exchange(
+    folder: Path, contents: Mapping[str, bytes], places: Sequence[Path], stale: Callable[[Path], bool] | None
+) -> tuple[Written, ...]:
+    ours = {folder / name for name in contents}
+    present = sorted(path for place in places for path in place.iterdir() if path.is_file() and path not in ours)
     for leftover in folder.glob(f"{_STAGE}*"):
         shutil.rmtree(leftover, ignore_errors=True)  # of a build that was killed; ours is the lock
     removed = [path for path in present if stale is not None and stale(path)]
     written = tuple(Written(folder / name, _status(folder / name, content)) for name, content in contents.items())
-    changed = [entry.path for entry in written if entry.changed]
+    changed = [name for name, entry in zip(contents, written, strict=True) if entry.changed]
     if changed or removed:
+        gone = [path.relative_to(folder).as_posix() for path in removed]
         stage = Path(tempfile.mkdtemp(prefix=_STAGE, dir=folder))
         try:
-            _stage(stage, {path.name: contents[path.name] for path in changed}, [*changed, *removed])
-            _commit(stage, changed, removed)
+            _stage(stage, folder, {name: contents[name] for name in changed}, gone)
+            _commit(stage, folder, changed, gone)
         except _LostError:
             raise
         except BaseException:
@@ -180,40 +224,41 @@ def _status(path: Path, content: bytes) -> Literal["new", "changed", "unchanged"
         return "new"
 
 
-def _stage(stage: Path, contents: Mapping[str, bytes], targets: Sequence[Path]) -> None:
+def _stage(stage: Path, folder: Path, contents: Mapping[str, bytes], gone: Sequence[str]) -> None:
     """Write the new files and set the old ones aside, all before anything is exchanged."""
     new, old = stage / "new", stage / "old"
-    new.mkdir()
-    old.mkdir()
+    for name in (*contents, *gone):
+        for place in (new, old):
+            (place / PurePosixPath(name).parent).mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         (new / name).write_bytes(content)
-    for target in targets:
-        if os.path.lexists(target):
-            shutil.copy2(target, old / target.name, follow_symlinks=False)
+    for name in (*contents, *gone):
+        if os.path.lexists(folder / name):
+            shutil.copy2(folder / name, old / name, follow_symlinks=False)
 
 
-def _commit(stage: Path, changed: Sequence[Path], removed: Sequence[Path]) -> None:
+def _commit(stage: Path, folder: Path, changed: Sequence[str], gone: Sequence[str]) -> None:
     new, old = stage / "new", stage / "old"
-    kept = frozenset(path.name for path in old.iterdir())
+    kept = frozenset(name for name in (*changed, *gone) if os.path.lexists(old / name))
     try:
-        for target in changed:
-            (new / target.name).replace(target)
-        for target in removed:
-            target.unlink()
+        for name in changed:
+            (new / name).replace(folder / name)
+        for name in gone:
+            (folder / name).unlink()
     except BaseException:
-        _roll_back(old, kept, [*changed, *removed])
+        _roll_back(old, folder, kept, [*changed, *gone])
         raise
 
 
-def _roll_back(old: Path, kept: frozenset[str], targets: Sequence[Path]) -> None:
+def _roll_back(old: Path, folder: Path, kept: frozenset[str], names: Sequence[str]) -> None:
     """Put the old files back. What was exchanged is not asked: an interrupt may fall between a step and its record."""
     while True:
         try:
-            for target in targets:
-                if target.name not in kept:
-                    target.unlink(missing_ok=True)
-                elif os.path.lexists(old / target.name):
-                    (old / target.name).replace(target)
+            for name in names:
+                if name not in kept:
+                    (folder / name).unlink(missing_ok=True)
+                elif os.path.lexists(old / name):
+                    (old / name).replace(folder / name)
         except KeyboardInterrupt:
             continue  # Ctrl-C once more: every step can be taken again
         except OSError as error:
