@@ -10,6 +10,7 @@ import itertools
 from dataclasses import dataclass
 
 from kinegen.angles import AngleLabels
+from kinegen.errors import KinegenError
 from kinegen.robot.model import BASE, TOOL, Robot
 from kinegen.symbolic.chain import FrameName, frames_between, transforms_between
 from kinegen.symbolic.fold import fold
@@ -22,6 +23,9 @@ MOST_TURNS = 10
 
 TURNS_OF_A_PART = 7
 """As many as an arm has that people know how to read."""
+
+TURNS_OF_A_LINK = 14
+"""A single row can hold many more, and its matrix would fill all memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,14 +70,14 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
         steps: Whether to add every link matrix on the way.
 
     Raises:
-        KinegenError: If a frame does not exist.
+        KinegenError: If a frame does not exist, or a single row is too long to be printed.
     """
     labels = AngleLabels(robot.dof)
     begin = start if start is not None else 0 if str(end).isdecimal() and not robot.base else BASE
     ends: tuple[FrameName, ...] = robot.tips if end is None else (end,)
     ways = [frames_between(robot, begin, tip) for tip in ends]
     pairs = dict.fromkeys(pair for way in ways for pair in way if steps and _is_link(robot, pair))
-    matrices = tuple(closed_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
+    matrices = tuple(_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
     products = tuple(_product(robot, begin, tip, labels) for tip in ends)
     # A way of one link is its link matrix.
     links = tuple(form for form in matrices if all(form not in product.factors for product in products))
@@ -90,8 +94,16 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
 
 def _product(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels) -> Product:
     cuts = _cuts(robot, start, end)
-    factors = tuple(closed_form(robot, left, right, labels) for left, right in itertools.pairwise(cuts))
+    factors = tuple(_form(robot, left, right, labels) for left, right in itertools.pairwise(cuts))
     return Product(transform_name(start, end), factors)
+
+
+def _form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels) -> ClosedForm:
+    turns = _turns(robot, start, end)
+    if turns > TURNS_OF_A_LINK:
+        name = transform_name(start, end)
+        raise KinegenError(f"{name} has {turns} turns and is too long to be printed; a shorter part has --from, --to")
+    return closed_form(robot, start, end, labels)
 
 
 def _cuts(robot: Robot, start: FrameName, end: FrameName) -> tuple[FrameName, ...]:
@@ -103,7 +115,7 @@ def _cuts(robot: Robot, start: FrameName, end: FrameName) -> tuple[FrameName, ..
     before = start
     for parent, child in frames_between(robot, start, end):
         reached = child if ancestors.get(child) == parent else parent
-        if _turns(robot, stations[-1], reached) > TURNS_OF_A_PART and before != stations[-1]:
+        if _turns(robot, stations[-1], reached) > TURNS_OF_A_PART and _turns(robot, stations[-1], before):
             stations.append(before)
         before = _number(robot, reached)
     return (*stations, end)
