@@ -13,7 +13,7 @@ from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import QUANTITY_TEXT, Kernels
 from kinegen.emit.reals import Real
-from kinegen.ir.program import Program
+from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, function, guard, prefix
 
 TILE_BYTES = 128
@@ -34,6 +34,7 @@ class BatchFunction:
         tile_arguments: Its arguments.
         tile_values: What is passed for them.
         body: Statements for one configuration of a tile, and the assignments to the result tile.
+        constants: Assignments of the rows of the result tile that hold the same number for every configuration.
     """
 
     name: str
@@ -45,6 +46,7 @@ class BatchFunction:
     tile_arguments: str
     tile_values: str
     body: tuple[str, ...]
+    constants: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +105,8 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     if robot.runtime_parameters:
         inputs.append(f"const {stem}_params *params")
         passed.append("params")
+    places = [f"t[{row}][i]" for row in range(len(program.outputs))]
+    constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     return BatchFunction(
         name=function(robot.name, program.quantity.function, real, batch=True),
         brief=QUANTITY_TEXT[program.quantity],
@@ -112,5 +116,6 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         tile=f"{function(robot.name, program.quantity.function, real)}_tile",
         tile_arguments=", ".join([*inputs, f"{real} (*restrict t)[TILE]"]),
         tile_values=", ".join([*passed, "t"]),
-        body=printer.lines(program, [f"t[{row}][i]" for row in range(len(program.outputs))]),
+        body=printer.lines(program, [None if row in constants else place for row, place in enumerate(places)]),
+        constants=tuple(printer.assignment(places[row], operand) for row, operand in constants.items()),
     )

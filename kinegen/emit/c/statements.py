@@ -54,17 +54,19 @@ class CPrinter:
         """The assignment of an operand to a place of the result."""
         return f"{place} = {self.operand(operand).removeprefix('(').removesuffix(')')};"
 
-    def lines(self, program: Program, places: Sequence[str]) -> tuple[str, ...]:
+    def lines(self, program: Program, places: Sequence[str | None]) -> tuple[str, ...]:
         """The statements of a program; a sine and a cosine of one angle are one call.
 
         Args:
             program: The program.
             places: Where each of its outputs belongs. A result is stored as soon as it is there, so that it need not
-                be kept (outputs do not overlap inputs); what needs no computing comes last.
+                be kept (outputs do not overlap inputs); what needs no computing comes last. None leaves one out.
         """
         stores: defaultdict[str, list[str]] = defaultdict(list)
         last: list[str] = []
         for place, operand in zip(places, program.outputs, strict=True):
+            if place is None:
+                continue
             group = stores[operand.name] if isinstance(operand, Temporary) else last
             group.append(self.assignment(place, operand))
         lines: list[str] = []
