@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -28,7 +29,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import emit_package, output_shape
 from kinegen.emit.reals import Real
-from kinegen.errors import MissingToolError
+from kinegen.errors import CompileError, MissingToolError
 from kinegen.ir.lower import exact_number, lower
 from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
@@ -259,7 +260,12 @@ def _prove(robot: Robot, contents: Mapping[str, str | bytes], options: BuildOpti
         folder.mkdir()
         for name, content in contents.items():
             (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
-        package = load_package(folder)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            package = load_package(folder)
+        if EXTENSION in contents and package.backend != "c":
+            reason = "; ".join(str(warning.message) for warning in caught)
+            raise CompileError(f"{robot.name}: the compiled module cannot be proven on this machine: {reason}")
         proof = prove(robot, package, options.quantities, tuple(real.value for real in options.reals))
         proof.require(robot)
         return proof, str(package.backend)
