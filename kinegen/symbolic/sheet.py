@@ -47,7 +47,7 @@ class Sheet:
 
     Attributes:
         robot: The robot.
-        table: Its table.
+        table: Its table, or of a part the rows on the way.
         links: The link matrices on the way; empty unless asked for.
         products: One for each tip, or the one asked for.
         angles: Label and angle of every sine and cosine that occurs.
@@ -85,7 +85,7 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
     found = {label: angle for form in forms for label, angle in form.angles}
     return Sheet(
         robot=robot,
-        table=read_table(robot),
+        table=read_table(robot, None if start is end is None else frozenset(name for way in ways for _, name in way)),
         links=links,
         products=products,
         angles=tuple(sorted(found.items(), key=lambda item: label_order(item[0]))),

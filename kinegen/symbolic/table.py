@@ -6,12 +6,13 @@ take in radians is turned back into the units of the file, exactly.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import sympy as sp
 
-from kinegen.robot.expressions import Expression, evaluate
-from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Robot, Row, Step
+from kinegen.robot.expressions import Expression, evaluate, names
+from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Parameter, Robot, Row, Step
 from kinegen.symbolic.textbook import Reader, Sum, printed_name
 from kinegen.symbolic.transforms import EXACT, symbols
 
@@ -77,42 +78,57 @@ class Table:
         columns: Those of `COLUMNS` that occur; none if every row is an elementary sequence.
         rows: In the order of the file.
         frames: Fixed transforms that do something, and all named frames.
-        parameters: In the order of the file.
+        joints: Number and name of every joint variable that occurs.
+        parameters: Those that occur, in the order of the file.
     """
 
     columns: tuple[str, ...]
     rows: tuple[TableRow, ...]
     frames: tuple[TableFrame, ...]
+    joints: tuple[tuple[int, str], ...]
     parameters: tuple[TableParameter, ...]
 
 
-def read_table(robot: Robot) -> Table:
-    """Turn a robot back into the table that its owner wrote."""
+def read_table(robot: Robot, only: frozenset[str] | None = None) -> Table:
+    """Turn a robot back into the table that its owner wrote.
+
+    Args:
+        robot: The robot.
+        only: Names of the rows and frames that are wanted; all if left out.
+    """
     units = _FileUnits(robot)
-    columns = tuple(column for column in COLUMNS if any(getattr(row, column) is not None for row in robot.rows))
+    rows = tuple(row for row in robot.rows if only is None or row.name in only)
+    columns = tuple(column for column in COLUMNS if any(getattr(row, column) is not None for row in rows))
     last = robot.rows[-1].name if robot.rows else BASE
-    fixed = [("0", BASE, robot.base), (TOOL, last, robot.tool)]
-    frames = [TableFrame(name, parent, units.steps(steps)) for name, parent, steps in fixed if steps]
-    frames += [TableFrame(frame.name, frame.parent, units.steps(frame.steps)) for frame in robot.frames]
+    fixed = [
+        (name, parent, steps) for name, parent, steps in (("0", BASE, robot.base), (TOOL, last, robot.tool)) if steps
+    ]
+    fixed += [(frame.name, frame.parent, frame.steps) for frame in robot.frames]
+    fixed = [each for each in fixed if only is None or each[0] in only]
+    used = {name for row in rows for name in _row_names(row)}
+    used |= {name for _, _, steps in fixed for step in steps for name in names(step.value)}
     return Table(
         columns=columns,
-        rows=tuple(_row(row, columns, units) for row in robot.rows),
-        frames=tuple(frames),
-        parameters=tuple(
-            TableParameter(
-                name=printed_name(parameter.name),
-                value=units.value(parameter.value, parameter.dimension),
-                unit=unit_of(robot, parameter.dimension),
-                runtime=parameter.runtime,
-            )
-            for parameter in robot.parameters
-        ),
+        rows=tuple(_row(row, columns, units) for row in rows),
+        frames=tuple(TableFrame(name, parent, units.steps(steps)) for name, parent, steps in fixed),
+        joints=tuple((variable.index + 1, variable.name) for variable in robot.variables if variable.name in used),
+        parameters=tuple(_parameter(robot, entry, units) for entry in robot.parameters if entry.name in used),
     )
 
 
-def unit_of(robot: Robot, dimension: Dimension) -> str:
-    """The unit of the file in which something is written; empty for a number."""
-    return {Dimension.LENGTH: robot.units.length, Dimension.ANGLE: robot.units.angle, Dimension.NUMBER: ""}[dimension]
+def _row_names(row: Row) -> Iterator[str]:
+    for entry in (row.alpha, row.a, row.d, row.theta, row.beta, *(step.value for step in row.steps)):
+        yield from () if entry is None else names(entry)
+
+
+def _parameter(robot: Robot, parameter: Parameter, units: _FileUnits) -> TableParameter:
+    unit = {Dimension.LENGTH: robot.units.length, Dimension.ANGLE: robot.units.angle, Dimension.NUMBER: ""}
+    return TableParameter(
+        name=printed_name(parameter.name),
+        value=units.value(parameter.value, parameter.dimension),
+        unit=unit[parameter.dimension],
+        runtime=parameter.runtime,
+    )
 
 
 def _row(row: Row, columns: tuple[str, ...], units: _FileUnits) -> TableRow:

@@ -37,7 +37,7 @@ def latex_sheet(sheet: Sheet) -> str:
 
 
 def _table(sheet: Sheet) -> str:
-    table, parents = sheet.table, words.has_parents(sheet)
+    table, parents = sheet.table, words.has_parents(sheet.robot)
     heads = [_head(column, sheet) for column in table.columns]
     layout = "c" * (1 + parents) + "l" + "c" * len(heads)
     lines = [_row(["i", *([r"\text{from}"] * parents), r"\text{joint}", *heads]) + r" \hline"]
@@ -46,7 +46,7 @@ def _table(sheet: Sheet) -> str:
         if row.steps:
             span = max(1, len(heads))
             entries = [rf"\multicolumn{{{span}}}{{l}}{{{_sequence(row.steps)}}}"]
-        parent = [words.parent_number(row, sheet)] * parents
+        parent = [words.parent_number(row, sheet.robot)] * parents
         lines.append(_row([str(row.number), *parent, _text(row.name), *entries]))
     frames = [rf"{_text(f.name)} &\colon {_text(f.parent)} \; {_sequence(f.steps)}" for f in table.frames]
     layout += "" if heads else "l"
@@ -125,8 +125,7 @@ def _where(sheet: Sheet) -> str:
         argument = rf"\left({_entry(angle)}\right)" if len(angle.terms) > 1 else rf" {_entry(angle)}"
         lines.append(rf"{cosine} &= \cos{argument}, & {sine} &= \sin{argument}")
     blocks = [_environment("align*", " \\\\\n".join(lines))] if lines else []
-    variables = sheet.robot.variables
-    values = [rf"q_{{{variable.index + 1}}} &\colon {_text(variable.name)}" for variable in variables]
+    values = [rf"q_{{{number}}} &\colon {_text(name)}" for number, name in sheet.table.joints]
     for parameter in sheet.table.parameters:
         unit = rf" \, \mathrm{{{parameter.unit}}}" if parameter.unit else ""
         name = NOTATIONS["latex"].symbol(parameter.name, "parameter")

@@ -20,7 +20,7 @@ _NOTATION = NOTATIONS["mathml"]
 def mathml_sheet(sheet: Sheet) -> str:
     """Lay out a sheet; the names of the robot and its joints stand in comments."""
     lines = [_comment(words.title(sheet.robot)), _comment(words.units(sheet.robot))]
-    lines += [_comment(", ".join(words.joint_words(sheet.robot)))] if sheet.robot.dof else []
+    lines += [_comment(", ".join(words.joint_words(sheet)))] if sheet.table.joints else []
     for link in sheet.links:
         lines.append(_math(_form(link)))
     for product in sheet.products:

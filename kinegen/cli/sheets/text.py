@@ -30,13 +30,13 @@ def text_sheet(sheet: Sheet) -> str:
 
 
 def _table(sheet: Sheet) -> list[str]:
-    table, parents = sheet.table, words.has_parents(sheet)
+    table, parents = sheet.table, words.has_parents(sheet.robot)
     heads = [_head(column, words.index(column, sheet)) for column in table.columns]
     mixed = len({row.convention for row in table.rows if not row.steps}) > 1
     rows = [["i", *(["from"] * parents), "joint", *(["convention"] * mixed), *heads]]
     sequences = {}
     for row in table.rows:
-        parent = [words.parent_number(row, sheet)] * parents
+        parent = [words.parent_number(row, sheet.robot)] * parents
         entries = ["" if entry is None else _NUMBERS.entry(entry) for entry in row.entries]
         rows.append([str(row.number), *parent, row.name, *([row.convention] * mixed), *entries])
         if row.steps:
@@ -100,5 +100,5 @@ def _where(sheet: Sheet) -> list[str]:
         unit = f" {parameter.unit}" if parameter.unit else ""
         runtime = " (at run time)" if parameter.runtime else ""
         values.append(f"{parameter.name} = {_NUMBERS.entry(parameter.value)}{unit}{runtime}")
-    lines = [*filled(pairs, _INDENT), *filled(words.joint_words(sheet.robot), _INDENT), *filled(values, _INDENT)]
+    lines = [*filled(pairs, _INDENT), *filled(words.joint_words(sheet), _INDENT), *filled(values, _INDENT)]
     return ["where", *lines] if lines else []

@@ -47,25 +47,20 @@ def index(column: str, sheet: Sheet) -> str:
     return "i-1" if used == {Convention.MODIFIED} and column in ("alpha", "a") else "i"
 
 
-def has_parents(sheet: Sheet) -> bool:
+def has_parents(robot: Robot) -> bool:
     """Whether a row follows another one than that above it."""
-    above = BASE
-    for row in sheet.table.rows:
-        if row.parent != above:
-            return True
-        above = row.name
-    return False
+    above = [BASE, *(row.name for row in robot.rows)]
+    return any(row.parent != name for row, name in zip(robot.rows, above, strict=False))
 
 
-def parent_number(row: TableRow, sheet: Sheet) -> str:
+def parent_number(row: TableRow, robot: Robot) -> str:
     """The number of the row from which a row leads on; 0 for the base."""
-    numbers = {other.name: other.number for other in sheet.table.rows}
-    return str(numbers.get(row.parent, 0))
+    return next((str(other.number) for other in robot.rows if other.name == row.parent), "0")
 
 
-def joint_words(robot: Robot) -> tuple[str, ...]:
-    """Every joint variable with the name of its joint."""
-    return tuple(f"q{variable.index + 1} {variable.name}" for variable in robot.variables)
+def joint_words(sheet: Sheet) -> tuple[str, ...]:
+    """Every joint variable that occurs with the name of its joint."""
+    return tuple(f"q{number} {name}" for number, name in sheet.table.joints)
 
 
 def vector_words(robot: Robot) -> str:
