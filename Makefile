@@ -25,7 +25,7 @@ help: ## lists these commands
 
 # For people who try it ------------------------------------------------------------------------------------------------
 
-demo: $(VENV)/.kinegen ## builds a PUMA 560, shows its closed form, evaluates 100,000 poses
+demo: $(VENV)/.kinegen ## shows the closed form of a PUMA 560, builds and proves it, evaluates 100,000 poses
 	$(BIN)/kinegen show robots/puma560.yaml
 	@echo
 	$(BIN)/kinegen build robots/puma560.yaml -o build/demo
@@ -53,11 +53,14 @@ types: $(VENV)/.dev ## checks the types
 	$(BIN)/mypy
 
 generated: $(VENV)/.kinegen ## rewrites generated/ from robots/
-	$(BIN)/kinegen build $(ROBOTS) -o generated $(GENERATED_OPTIONS)
+	@mkdir -p build
+	$(BIN)/kinegen build $(ROBOTS) -o generated $(GENERATED_OPTIONS) >build/generated.log || \
+	    { cat build/generated.log; exit 1; }
+	@echo "$(words $(ROBOTS)) robots are built and proved; build/generated.log tells of each"
 
 # Built anew elsewhere and compared, so that the check changes nothing; compiled files are not committed.
 current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
-	@rm -rf build/current
+	@rm -rf build/current && mkdir -p build
 	$(BIN)/kinegen build $(ROBOTS) -o build/current $(GENERATED_OPTIONS) --no-compile >build/current.log || \
 	    { cat build/current.log; exit 1; }
 	@diff -r -x '*.so' -x __pycache__ generated build/current || \

@@ -35,6 +35,35 @@ def test_a_page_keeps_its_times_and_rounding_errors() -> None:
     assert refreshed(body) == PAGE.format(body=body)
 
 
+PROOF = """\
+  compile   2.11 s  _native.abi3.so
+
+  proof            worst in   poses  position [m]  accepted  rotation [rad]  accepted
+    C double       pose      31,731       3.3e-16   1.0e-13         6.7e-16   1.0e-13  holds
+    NumPy double   frames    31,731       3.3e-16   1.0e-13         6.9e-16   1.0e-13  holds
+  worst double: pose of tool, NumPy double, at
+    waist -1.63731, shoulder -2.42598,
+    flange -0.584126
+"""
+
+
+def test_a_page_keeps_the_place_of_the_largest_error() -> None:
+    elsewhere = PROOF.replace("2.11 s  _native.abi3.so", "0.01 s  cached").replace("frames    31", "position  31")
+    elsewhere = (
+        elsewhere.replace("pose of tool", "frames of elbow").replace("-1.63731", "0.1").replace("6.9e-16", "1e-15")
+    )
+
+    assert make_readme.comparable(PROOF) == make_readme.comparable(elsewhere)
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [("31,731", "31,730"), ("C double ", "C float"), ("rotation [rad]", "rotation"), (" holds", " FAILS")],
+)
+def test_a_page_does_not_keep_what_a_proof_says(before: str, after: str) -> None:
+    assert make_readme.comparable(PROOF) != make_readme.comparable(PROOF.replace(before, after))
+
+
 def test_a_page_does_not_show_a_command_that_fails() -> None:
     with pytest.raises(SystemExit, match="exit status 3\nno such robot"):
         make_readme.output("echo no such robot; exit 3")
