@@ -25,7 +25,7 @@ ROWS = (
     ("kinegen.ir",),
     ("kinegen.emit",),
     ("kinegen.native",),
-    ("kinegen.verify",),
+    ("kinegen.boards", "kinegen.verify"),
     ("kinegen.build",),
     ("kinegen.cli",),
     ("kinegen.__main__",),

@@ -1,0 +1,57 @@
+"""Runs programs on emulated boards."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+from kinegen.boards.targets import Target
+from kinegen.boards.toolchain import require
+from kinegen.errors import KinegenError
+
+SECONDS = 120
+"""After this time a program is taken to hang."""
+
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+
+
+def run_program(target: Target, program: Path) -> list[str]:
+    """Run a program on the emulated board of a target.
+
+    Args:
+        target: The processor.
+        program: The linked program.
+
+    Returns:
+        The lines that it wrote.
+
+    Raises:
+        MissingToolError: If the emulator is not installed.
+        KinegenError: If the program faults, hangs or ends with another status than 0.
+    """
+    command = target.emulator.command
+    require(command[0], (target.emulator.package,))
+    where = f"{program.name} on {target.board} ({command[0]})"
+    try:
+        done = subprocess.run(
+            (*command, str(program)),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as hung:
+        raise KinegenError(f"{where} has not ended after {SECONDS} s") from hung
+    if done.returncode:
+        last = (done.stdout + done.stderr).strip().splitlines()[-3:]
+        raise KinegenError(f"{where} ended with status {done.returncode}: {'; '.join(last)}")
+    text = done.stdout if target.emulator.stream == "stdout" else done.stderr
+    return [line for line in map(_plain, text.splitlines()) if line]
+
+
+def _plain(line: str) -> str:
+    """A line without the colours in which simavr shows what a serial port sends, and without its dot for a line end."""
+    return _COLOUR.sub("", line).rstrip().removesuffix(".")
