@@ -1,0 +1,91 @@
+"""The bounds of a program's results, entry by entry and summed up for each frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+
+from kinegen.ir.bounds.analysis import analyse
+from kinegen.ir.bounds.graph import Ranges
+from kinegen.ir.bounds.numbers import UPWARDS, NumberType, UnboundedError
+from kinegen.ir.program import Program
+from kinegen.outputs import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class FrameBound:
+    """How far the result for one frame can be off.
+
+    Attributes:
+        frame: Its name.
+        position: Error of x, y and z, in the length unit of the program.
+        rotation: Largest error of an entry of the rotation; None where the program computes positions alone.
+    """
+
+    frame: str
+    position: tuple[float, float, float]
+    rotation: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorBound:
+    """How far the results of a program can be off; infinite if they may overflow.
+
+    Attributes:
+        quantity: What the program computes.
+        entries: Bound for each output of the program, in its order.
+        frames: The same summed up for each frame.
+    """
+
+    quantity: Quantity
+    entries: tuple[float, ...]
+    frames: tuple[FrameBound, ...]
+
+    @property
+    def position(self) -> tuple[float, float, float]:
+        """The largest errors of x, y and z among all frames."""
+        x, y, z = (max(column) for column in zip(*(frame.position for frame in self.frames), strict=True))
+        return x, y, z
+
+    @property
+    def rotation(self) -> float | None:
+        """The largest error of an entry of a rotation among all frames."""
+        return max((frame.rotation for frame in self.frames if frame.rotation is not None), default=None)
+
+
+def bound(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:
+    """Prove bounds on the errors of a program.
+
+    Args:
+        program: The program.
+        ranges: Where its inputs lie.
+        real: The number type it is evaluated in.
+
+    Returns:
+        Bounds that hold for all inputs in the ranges for which no angle leaves the range of the sine and cosine; see
+        the package for what exactly is proven.
+    """
+    with localcontext(UPWARDS):
+        try:
+            entries = tuple(_float(output.error) for output in analyse(program, ranges, real))
+        except UnboundedError:
+            entries = (math.inf,) * len(program.outputs)
+    size = program.quantity.entries
+    frames = tuple(
+        _frame(name, entries[index * size : (index + 1) * size]) for index, name in enumerate(program.frames)
+    )
+    return ErrorBound(program.quantity, entries, frames)
+
+
+def _float(number: Decimal) -> float:
+    """The nearest double that is not smaller."""
+    nearest = float(number)
+    return nearest if Decimal(nearest) >= number else math.nextafter(nearest, math.inf)
+
+
+def _frame(name: str, entries: tuple[float, ...]) -> FrameBound:
+    if len(entries) == 3:
+        return FrameBound(name, (entries[0], entries[1], entries[2]), None)
+    rotation = max(entry for place, entry in enumerate(entries) if place % 4 != 3)
+    return FrameBound(name, (entries[3], entries[7], entries[11]), rotation)
