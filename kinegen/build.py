@@ -182,6 +182,23 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     )
 
 
+def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
+    """Go as far as the programs of one robot, for what needs no files.
+
+    Args:
+        path: The robot file.
+        quantities: Kinematic quantities.
+
+    Returns:
+        The robot and its programs.
+
+    Raises:
+        KinegenError: If the file is bad.
+    """
+    robot = load(path)
+    return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), _defaults(robot))
+
+
 @dataclass(frozen=True, slots=True)
 class Emitted:
     """What the emitters made.

@@ -38,6 +38,9 @@ class Calls:
     least: int
     most: int
 
+    def __str__(self) -> str:
+        return f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
+
 
 @dataclass(frozen=True, slots=True)
 class Cost:

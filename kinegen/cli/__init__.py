@@ -20,7 +20,7 @@ from kinegen import __version__
 from kinegen.cli.terminal import complain
 from kinegen.errors import KinegenError
 
-COMMANDS = ("build", "show", "check", "fk", "schema")
+COMMANDS = ("build", "show", "check", "fk", "size", "schema")
 """The subcommands, each in the module of that name, as its `command`."""
 
 INTERRUPTED = 130

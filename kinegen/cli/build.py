@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
 
 
-def _quantities(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
+def quantities_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
     """The outputs in the order of `Quantity`, whatever the order in which they were named."""
     words = [word.strip() for word in text.split(",")]
     known = [quantity.value for quantity in Quantity]
@@ -46,7 +46,7 @@ def _quantities(_context: click.Context, _parameter: click.Parameter, text: str)
     metavar="LIST",
     default=",".join(Quantity),
     show_default=True,
-    callback=_quantities,
+    callback=quantities_of,
     help="What is computed: pose of the tips, frames of all links, position of the tips.",
 )
 @click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")

@@ -1,0 +1,108 @@
+"""`kinegen size`: flash, stack and instructions of the kernels on a microcontroller."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kinegen import __version__
+from kinegen.cli.build import REALS, quantities_of
+from kinegen.cli.terminal import columns, faint, good, say, strong
+from kinegen.errors import KinegenError
+from kinegen.outputs import Quantity
+
+if TYPE_CHECKING:
+    from kinegen.boards.cost import Cost
+    from kinegen.boards.targets import Target
+
+DEFAULT_TARGET = "cortex-m4f"
+
+
+def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> Target:
+    from kinegen.boards.targets import find_target
+
+    try:
+        return find_target(name)
+    except KinegenError as error:
+        raise click.BadParameter(error.message) from error
+
+
+@click.command("size", short_help="Measures the kernels on a microcontroller.")
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option(
+    "--target",
+    metavar="NAME",
+    default=DEFAULT_TARGET,
+    show_default=True,
+    callback=_target,
+    help="The processor; a wrong name lists those that there are.",
+)
+@click.option("--real", type=click.Choice(tuple(REALS)), default="float", show_default=True, help="Number types.")
+@click.option(
+    "--outputs",
+    metavar="LIST",
+    default=",".join(Quantity),
+    show_default=True,
+    callback=quantities_of,
+    help="What is computed.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
+def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...], as_json: bool) -> None:
+    """Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
+
+    \b
+    function       bytes of the kernel function alone
+    flash          and with the sine-cosine pair and the arithmetic of the compiler's library that it needs
+    stack          bytes below the caller's
+    instructions   of one call (on an AVR: cycles); two numbers where they depend on the angles
+
+    Counts are exact and repeatable, but instructions are no cycles: wait states and the latency of the FPU come on top.
+    """
+    from kinegen.boards.cost import measure
+    from kinegen.build import lower_file
+    from kinegen.emit.reals import Real
+
+    kernels = lower_file(file, outputs)
+    reals = tuple(Real(name) for name in REALS[real])
+    if len(reals) > 1:
+        reals = tuple(each for each in reals if each in target.reals)
+    costs = [cost for each in reals for cost in measure(kernels, each, target)]
+    if as_json:
+        document = {"kinegen": __version__, "format": 1, "file": str(file), "robot": kernels.robot.name}
+        say(json.dumps({**document, "target": target.name, "costs": [asdict(cost) for cost in costs]}, indent=2))
+        return
+    say(strong(f"{file} on {target.name}: {target.title}"))
+    say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
+    say("\n".join(f"  {line}" for line in _table(costs)))
+    if costs[0].calls is None:
+        packages = " ".join(target.packages()[target.emulator.command[0]])
+        say(f"  instructions need {target.emulator.command[0]} (apt install {packages}); without it the stack")
+        say("  leaves out what the compiler's library takes for arithmetic")
+
+
+def _table(costs: list[Cost]) -> list[str]:
+    from kinegen.boards.cost import better
+
+    rows = [("kernel", "real", "flags", "function", "flash", "stack", costs[0].unit, "", "operations")]
+    for cost in costs:
+        rivals = [other for other in costs if (other.quantity, other.real) == (cost.quantity, cost.real)]
+        first = cost is rivals[0]
+        rows.append(
+            (
+                cost.quantity.value if first else "",
+                cost.real.value if first else "",
+                cost.optimisation,
+                str(cost.function_flash),
+                str(cost.flash),
+                str(cost.stack),
+                str(cost.calls or "-"),
+                "better" if cost is better(rivals) else "",
+                str(cost.operations) if first else "",
+            )
+        )
+    lines = columns(rows, left=frozenset({0, 1, 2, 7, 8}))
+    return [strong(lines[0]), *(line.replace("better", good("better")) for line in lines[1:])]
