@@ -10,7 +10,6 @@ import importlib
 import io
 import os
 import sys
-import traceback
 from collections.abc import Sequence
 from contextlib import suppress
 
@@ -97,6 +96,8 @@ def _invoke(context: click.Context) -> int:
         return int(_kinegen.invoke(context) or 0)
     except KinegenError as error:
         if context.params["debug"]:
+            import traceback
+
             traceback.print_exc()
         complain(f"error: {error}")
         return 1

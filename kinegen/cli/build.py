@@ -50,6 +50,11 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     help="What is computed: pose of the tips, frames of all links, position of the tips.",
 )
 @click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
+@click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
+@click.option(
+    "--portable", is_flag=True, help="Compile for every processor of this family, with variants picked on loading."
+)
+@click.option("--reproducible", is_flag=True, help="The same bits on every machine, at some cost of speed.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 @click.pass_context
 def command(
@@ -59,6 +64,9 @@ def command(
     real: str,
     outputs: tuple[Quantity, ...],
     no_compile: bool,
+    march: str | None,
+    portable: bool,
+    reproducible: bool,
     as_json: bool,
 ) -> int:
     """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
@@ -68,12 +76,20 @@ def command(
     """
     from kinegen.build import BuildOptions
     from kinegen.emit.reals import Real
+    from kinegen.native.flags import Flags
 
-    options = BuildOptions(output, tuple(Real(name) for name in REALS[real]), outputs, compile=not no_compile)
+    if march and portable:
+        raise click.UsageError("--march and --portable exclude each other")
+    flags = Flags(march or "native", portable=portable, contraction=not reproducible)
+    options = BuildOptions(
+        output, tuple(Real(name) for name in REALS[real]), outputs, compile=not no_compile, flags=flags
+    )
     failed: list[Path] = []
     documents: list[dict[str, object]] = []
+    names: dict[str, Path] = {}
     for file in files:
         try:
+            _claim_name(file, names)
             result = _build(file, options, brief=len(files) > 1, quiet=as_json)
         except KinegenError as error:
             if (len(files) == 1 and not as_json) or context.find_root().params["debug"]:
@@ -88,6 +104,18 @@ def command(
     if failed and len(files) > 1:
         complain(f"{len(failed)} of {len(files)} builds failed: {', '.join(str(file) for file in failed)}")
     return int(bool(failed))
+
+
+def _claim_name(file: Path, names: dict[str, Path]) -> None:
+    """See that no two files of one call go to the same folder."""
+    from kinegen.robot.load import load
+
+    name = load(file).name
+    if name in names:
+        raise KinegenError(
+            f"the robot is called {name!r}, as that of {names[name]}, whose folder it would take", str(file)
+        )
+    names[name] = file
 
 
 def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> BuildResult:

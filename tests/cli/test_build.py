@@ -126,22 +126,21 @@ def test_a_build_can_be_imported_from_its_folder(two: str, out: Path, capsys: py
 
 
 @pytest.mark.parametrize(
-    ("options", "present", "absent"),
+    ("real", "present", "absent"),
     [
-        (["--real", "double"], {"two.c", "two.h"}, {"two_f32.c"}),
-        (["--real", "float"], {"two_f32.c", "two_f32.h"}, {"two.c"}),
-        (["--real", "both"], {"two.c", "two_f32.c"}, set()),
+        ("double", "two.c two.h two_batch.c", "two_f32.c two_f32.h"),
+        ("float", "two_f32.c two_f32.h two_f32_batch.c", "two.c two.h"),
+        ("both", "two.c two_f32.c", ""),
     ],
-    ids=" ".join,
 )
 def test_number_types(
-    options: list[str], present: set[str], absent: set[str], two: str, out: Path, capsys: pytest.CaptureFixture[str]
+    real: str, present: str, absent: str, two: str, out: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    build(capsys, two, "-o", out, *options)
+    build(capsys, two, "-o", out, "--real", real)
     names = {path.name for path in (out / "two").iterdir()}
 
-    assert present <= names
-    assert not absent & names
+    assert set(present.split()) <= names
+    assert not set(absent.split()) & names
 
 
 @pytest.mark.parametrize(
@@ -237,6 +236,18 @@ def test_after_a_failure_the_others_are_built(
     assert main(["build", "--no-compile", str(bad), two, "-o", str(out)]) == 1
     assert capsys.readouterr().err.splitlines()[-1] == f"1 of 2 builds failed: {bad}"
     assert (out / "two" / "two.c").exists()
+
+
+def test_two_robots_of_one_name_do_not_share_a_folder(
+    two: str, tmp_path: Path, out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text(TWO.replace("0.5", "0.75"), encoding="utf-8")
+
+    assert main(["build", "--no-compile", two, str(other), "-o", str(out)]) == 1
+    assert capsys.readouterr().err.splitlines()[0] == (
+        f"error: {other}: the robot is called 'two', as that of {two}, whose folder it would take"
+    )
 
 
 def test_a_failing_proof_exits_with_1_and_writes_nothing(
