@@ -34,6 +34,7 @@ from kinegen.ir.lower import exact_number, lower
 from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
+from kinegen.native.flags import Flags
 from kinegen.native.glue import Interface, OutputShape
 from kinegen.native.package import build_extension, load_package, stamp_of
 from kinegen.outputs import Quantity
@@ -59,12 +60,14 @@ class BuildOptions:
         reals: Number types.
         quantities: Kinematic quantities.
         compile: Whether to build the compiled extension.
+        flags: How to compile it.
     """
 
     output: Path = Path("generated")
     reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
     quantities: tuple[Quantity, ...] = tuple(Quantity)
     compile: bool = True
+    flags: Flags = field(default_factory=Flags)
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +263,7 @@ def _compile(
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
     )
     try:
-        return build_extension(interface, emitted.sources), ()
+        return build_extension(interface, emitted.sources, options.flags), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 

@@ -1,7 +1,8 @@
 """From C text to the compiled extension: one shared library, built in a folder of its own and remembered.
 
-In: C files by name, the declarations for cffi and the flags. Out: the bytes of `_native.abi3.so`, which serves every
-CPython from 3.11 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to say.
+In: C files by name, their compilations, the declarations for cffi. Out: the bytes of `_native.abi3.so`, which serves
+every CPython from 3.11 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to
+say.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ import shutil
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,36 +24,14 @@ from cffi.recompiler import make_c_source
 from kinegen.errors import CompileError, MissingToolError
 from kinegen.naming import EXTENSION
 from kinegen.native.cache import Cache
-from kinegen.native.compiler import Compiler, find_compiler, processor
+from kinegen.native.compiler import Compiler, find_compiler
+from kinegen.native.dispatch import Unit
 from kinegen.native.glue import GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
+_OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
-
-
-@dataclass(frozen=True, slots=True)
-class Flags:
-    """How the kernels are compiled.
-
-    Attributes:
-        march: Processor to compile for: "native", a name that the compiler knows, or None for the plainest one.
-        contraction: Whether a product and a sum may become one operation with one rounding.
-        optimisation: Digit after -O.
-        extra: Further flags, for the kernels alone.
-    """
-
-    march: str | None = "native"
-    contraction: bool = True
-    optimisation: str = "3"
-    extra: tuple[str, ...] = ()
-
-    def arguments(self) -> tuple[str, ...]:
-        """The flags as the compiler takes them."""
-        option = "-mcpu" if self.march == "native" and processor().machine in ("aarch64", "arm64") else "-march"
-        target = (f"{option}={self.march}",) if self.march else ()
-        contraction = f"-ffp-contract={'fast' if self.contraction else 'off'}"
-        return ("-std=c99", f"-O{self.optimisation}", contraction, *target, *self.extra)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,15 +48,22 @@ class Extension:
 
 
 def compile_extension(
-    sources: Mapping[str, str], cdef: str, module: str, flags: Flags, cache: Path | None = None
+    sources: Mapping[str, str],
+    units: Sequence[Unit],
+    cdef: str,
+    module: str,
+    *,
+    place: str = "",
+    cache: Path | None = None,
 ) -> Extension:
     """Compile an extension, or fetch it where the same one was compiled before.
 
     Args:
         sources: C files by name, among them those of `glue`.
+        units: How to compile them, those of `glue` apart.
         cdef: Declarations for cffi.
         module: Dotted name of the extension module.
-        flags: How to compile the kernels.
+        place: Where it is compiled, as far as that matters to the units.
         cache: Folder in which results are kept; by default the user's cache folder.
 
     Returns:
@@ -89,15 +75,14 @@ def compile_extension(
     """
     compiler = find_compiler()
     python = sysconfig.get_config_var("SOABI"), cffi.__version__, np.__version__
-    place = processor().describe() if flags.march == "native" else processor().machine
     store = Cache(cache)
-    key = store.key(sorted(sources.items()), cdef, module, flags, compiler, python, place)
+    key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, python, place)
     if (known := store.load(key)) is not None:
         return Extension(known, cached=True)
     _check_headers()
     folder = Path(tempfile.mkdtemp(prefix="kinegen-"))
     try:
-        content = _build(folder, sources, cdef, module, flags, compiler)
+        content = _build(folder, sources, units, cdef, module, compiler)
     except CompileError as error:
         kept = store.keep(key, folder)
         raise CompileError(f"{error.message} (sources kept in {kept})") from None
@@ -107,23 +92,26 @@ def compile_extension(
     return Extension(content, cached=False)
 
 
-def _build(folder: Path, sources: Mapping[str, str], cdef: str, module: str, flags: Flags, compiler: Compiler) -> bytes:
+def _build(
+    folder: Path, sources: Mapping[str, str], units: Sequence[Unit], cdef: str, module: str, compiler: Compiler
+) -> bytes:
     for name, text in sources.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    common = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
     includes = tuple(f"-I{path}" for path in _includes())
+    own = (Unit(GLUE, Path(GLUE).stem, ("-O2", *includes)), Unit(_WRAPPER, Path(_WRAPPER).stem, ("-O1", *includes)))
+
+    def start(unit: Unit) -> Future[None]:
+        output = ("-o", f"{unit.name}.o", unit.source)
+        return pool.submit(compiler.run, folder, (*unit.arguments, *_OBJECT, *output), unit.source)
+
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
         # The longest first, so that the last one to end is a short one.
-        names = sorted(
-            (name for name in sources if name.endswith(".c") and name != GLUE), key=lambda n: -len(sources[n])
-        )
-        jobs = [pool.submit(compiler.run, folder, (*flags.arguments(), *common, name), name) for name in names]
-        jobs.append(pool.submit(compiler.run, folder, ("-O2", *common, *includes, GLUE), GLUE))
+        jobs = [start(unit) for unit in sorted((*units, own[0]), key=lambda unit: -len(sources[unit.source]))]
         _write_wrapper(folder / _WRAPPER, cdef, module)
-        jobs.append(pool.submit(compiler.run, folder, ("-O1", *common, *includes, _WRAPPER), _WRAPPER))
+        jobs.append(start(own[1]))
         for job in jobs:
             job.result()
-    objects = sorted(path.with_suffix(".o").name for path in folder.glob("*.c"))
+    objects = sorted(f"{unit.name}.o" for unit in (*units, *own))
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
     return (folder / EXTENSION).read_bytes()
 

@@ -7,9 +7,11 @@ extension besides the emitted files. For an output `fk` of the robot `arm` the e
     arm_fk_arrays            takes the addresses of two array objects, and declines (0) what is not plain
     arm_fk_pointers          the scalar kernel with plain pointers, for bound arguments
     kinegen_stamp            the digest of the sources
-    kinegen_processor        whether this processor has the instructions that the kernels were compiled for
+    kinegen_select           picks the variant of the batch kernels, by name or (an empty one) the best that this
+                             processor can run; 0 if there is none
+    kinegen_variant          what was picked, and the flags, in words
 
-The array handling (`kernel.py`) knows these names.
+The last two are made by `dispatch.py`. The array handling (`kernel.py`) knows these names.
 """
 
 from __future__ import annotations
@@ -21,16 +23,7 @@ HEADER = "kinegen_glue.h"
 """Declares everything that cffi calls."""
 
 GLUE = "kinegen_glue.c"
-"""Compiled for the plainest processor, so that it can ask which one it runs on."""
-
-NEEDS = "kinegen_needs.c"
-"""Compiled like the kernels; holds data alone."""
-
-# The extensions of x86-64 that compilers use for arithmetic; the macro, then the name that gcc and clang test.
-_X86 = (
-    "sse3", "ssse3", "sse4.1", "sse4.2", "avx", "avx2", "fma", "bmi", "bmi2",
-    "avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "avx512vbmi", "avx512ifma",
-)  # fmt: skip
+"""The only file besides cffi's that reads Python's headers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,13 +99,27 @@ def declarations(interface: Interface) -> str:
             q = [f"const {real} q[{interface.dof}]"] if interface.dof else []
             params = [f"const {prefix}_params *params"] if interface.parameters else []
             scalar = ", ".join([*q, *params, f"{real} out{output.extents()}"])
-            points = ["size_t n", f"const {real} *q", "ptrdiff_t q_pose", "ptrdiff_t q_joint"]
-            batch = ", ".join([*points, *params, f"{real} *out", "ptrdiff_t out_stride", "int layout"])
+            batch = ", ".join(batch_arguments(interface, real))
             lines.append(f"void {prefix}_{output.name}({scalar});")
             lines.append(f"void {prefix}_{output.name}_batch({batch});")
             lines.append(f"{_pointers(interface, output, real)};")
     lines += [f"{_arrays(interface, output)};" for output in interface.outputs]
     return "\n".join(lines) + "\n"
+
+
+def batch_arguments(interface: Interface, real: str) -> tuple[str, ...]:
+    """The arguments of a batch kernel, as declared in the emitted header.
+
+    Args:
+        interface: The robot's interface.
+        real: Number type.
+
+    Returns:
+        C declarations, each ending in the name.
+    """
+    params = (f"const {interface.prefix(real)}_params *params",) if interface.parameters else ()
+    points = ("size_t n", f"const {real} *q", "ptrdiff_t q_pose", "ptrdiff_t q_joint")
+    return (*points, *params, f"{real} *out", "ptrdiff_t out_stride", "int layout")
 
 
 def glue(interface: Interface, digest: str) -> dict[str, str]:
@@ -132,40 +139,18 @@ def glue(interface: Interface, digest: str) -> dict[str, str]:
     # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
     parts = [f'#include "{HEADER}"', '#include "arrays.h"', ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]
-    parts += [_PROCESSOR.replace("TESTS", _tests()), ""]
     for output in interface.outputs:
         parts += [_pointers_definition(interface, output, real) for real in interface.reals]
         parts += [_arrays_definition(interface, output), ""]
-    needs = [f"#ifdef {_macro(name)}\n    1,\n#else\n    0,\n#endif" for name in _X86]
-    text = ["extern const unsigned char kinegen_needs[];", "const unsigned char kinegen_needs[] = {", *needs, "};"]
-    written = {HEADER: header, GLUE: parts, NEEDS: text}
+    written = {HEADER: header, GLUE: parts}
     return {"arrays.h": arrays} | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
 
 
-_FIXED = ("const char *kinegen_stamp(void);", "int kinegen_processor(void);")
-
-_PROCESSOR = """extern const unsigned char kinegen_needs[];
-
-int kinegen_processor(void)
-{
-#if defined(__x86_64__) && defined(__GNUC__)
-    __builtin_cpu_init();
-TESTS
-#endif
-    return 1;
-}"""
-
-
-def _tests() -> str:
-    lines = [
-        f'    if (kinegen_needs[{index}] && !__builtin_cpu_supports("{name}")) return 0;'
-        for index, name in enumerate(_X86)
-    ]
-    return "\n".join(lines)
-
-
-def _macro(name: str) -> str:
-    return f"__{name.upper().replace('.', '_')}__"
+_FIXED = (
+    "const char *kinegen_stamp(void);",
+    "int kinegen_select(const char *wanted);",
+    "const char *kinegen_variant(void);",
+)
 
 
 def _pointers(interface: Interface, output: OutputShape, real: str) -> str:

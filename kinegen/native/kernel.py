@@ -1,8 +1,7 @@
 """Array handling for the kernels of a robot: shapes, number types, strides, threads. It needs NumPy alone.
 
 A `Kernel` behaves like a generalised ufunc `(n)->(4,4)`: joint values of shape (..., n) give poses of shape
-(..., 4, 4). It calls C where the extension `_native` beside this file loads, and the NumPy form elsewhere. This file is
-the same in every package and knows no robot; it is one file, though a long one, because it travels.
+(..., 4, 4). It calls C where the extension `_native` loads, and the NumPy form elsewhere; all packages share this file.
 
 Number types: float32 and float16 give float32; other floats, integers, truth values and lists give float64. A package
 built for double alone rounds its results for float32; one built for float alone always gives float32.
@@ -19,8 +18,8 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache, partial
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -33,12 +32,15 @@ Layout = Literal["4x4", "3x4", "joint_major"]
 _LAYOUTS = ("4x4", "3x4", "joint_major")
 _SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, joint values that go to C at once
 _ndarray, _empty = np.ndarray, np.empty
+_pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
 
 
 class Kernel:
     """One output of a robot for any number of configurations.
 
-    Its `backend` is "c" or "numpy"; `dof` and `shape` describe one configuration and its result.
+    Its `backend` is "c" or "numpy", `variant` says which C; `dof` and `shape` describe one configuration.
 
     Args:
         name: Name of the output, and of this object in its module.
@@ -72,7 +74,7 @@ class Kernel:
         self.dof, self.shape, self._params = dof, shape, params
         self._reals = tuple(np.dtype(real) for real in reals)
         self._engine = _Formula(formula) if native is None else _Compiled(native, symbol, name, self._reals)
-        self.backend = self._engine.name
+        self.backend, self.variant = self._engine.name, self._engine.variant
         self._direct = self._engine.direct(params)
 
     def __call__(
@@ -114,7 +116,7 @@ class Kernel:
         Returns:
             A function without arguments; for one contiguous configuration it is the C function itself.
         """
-        if self._input(q, layout) is not q or q.dtype not in self._reals:
+        if self._input(q, layout).dtype not in self._reals or not isinstance(q, np.ndarray):
             raise TypeError(f"{self.__name__}: bind needs q as an array of {' or '.join(map(str, self._reals))}")
         self._checked(out, self._result_shape(q, layout), q.dtype, q)
         plain = all(array.flags.c_contiguous and array.flags.aligned for array in (q, out))
@@ -126,7 +128,8 @@ class Kernel:
         return self.__name__  # pickled by reference, as functions are
 
     def __repr__(self) -> str:
-        return f"<{self.__module__}.{self.__name__}: {self.dof} joint values to {self.shape}, backend {self.backend}>"
+        backend = f"{self.backend} ({self.variant})" if self.variant else self.backend
+        return f"<{self.__module__}.{self.__name__}: {self.dof} joint values to {self.shape}, backend {backend}>"
 
     def _evaluate(self, q: ArrayLike, params: Any, out: Floats | None, threads: int, layout: str) -> Floats:
         array, workers = self._input(q, layout), _workers(threads)
@@ -194,7 +197,7 @@ class _Compiled:
     name, block = "c", 1 << 15
 
     def __init__(self, native: Any, symbol: str, name: str, reals: Sequence[np.dtype[Any]]) -> None:
-        self._ffi = native.ffi
+        self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
         self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
@@ -222,18 +225,17 @@ class _Compiled:
         call = self.direct(params)
         if not call(id(q), id(out), code):
             # Another type or stride: through copies of this block.
-            with np.errstate(all="ignore"):
-                points = np.array(q, real, order="C")
-                buffer = np.empty(out.shape[::-1], real).T if code == 2 else np.empty(out.shape, real)
-                if not call(id(points), id(buffer), code):
-                    raise RuntimeError(f"the compiled kernel declined shapes {q.shape} and {out.shape}")
-                out[...] = buffer
+            points = np.array(q, real, order="C")
+            buffer = np.empty(out.shape[::-1], real).T if code == 2 else np.empty(out.shape, real)
+            if not call(id(points), id(buffer), code):
+                raise RuntimeError(f"the compiled kernel declined shapes {q.shape} and {out.shape}")
+            out[...] = buffer
 
 
 class _Formula:
     """Calls the NumPy form."""
 
-    name, block = "numpy", 1 << 12
+    name, variant, block = "numpy", "", 1 << 12
 
     def __init__(self, formula: Callable[..., Sequence[Any]]) -> None:
         self._formula = formula
@@ -244,17 +246,18 @@ class _Formula:
     def fill(self, params: Any, real: np.dtype[Any], code: int, q: NDArray[Any], out: Floats) -> None:
         lead, tail = q.shape[:-1], out.shape[q.ndim - 1 :]
         poses = code == 0 and tail[-2:] == (4, 4)
-        with np.errstate(all="ignore"):
-            points = np.ascontiguousarray(q.reshape(math.prod(lead), q.shape[-1]).T, real)
-            rows = self._formula(points, *(() if params is None else (params,)))
-            for place, row in zip(np.ndindex(*tail[:-2], *((3, 4) if poses else tail[-2:])), rows, strict=True):
-                out[(..., *place)] = np.reshape(row, lead if np.ndim(row) else ())
+        points = np.ascontiguousarray(q.reshape(math.prod(lead), q.shape[-1]).T, real)
+        rows = self._formula(points, *(() if params is None else (params,)))
+        for place, row in zip(np.ndindex(*tail[:-2], *((3, 4) if poses else tail[-2:])), rows, strict=True):
+            out[(..., *place)] = np.reshape(row, lead if np.ndim(row) else ())
         if poses:
             out[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
 
 
 def load_native(stamp: str) -> Any:
     """Load the extension that lies beside this file.
+
+    A portable one serves the processor as well as it can; the environment may name a variant as KINEGEN_VARIANT.
 
     Args:
         stamp: Digest of the C sources that belong to the package.
@@ -285,8 +288,9 @@ def _load(path: Path, stamp: str) -> Any:
     native = importlib.import_module(f"{__package__}._native")
     if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
         raise ImportError("it was built from other sources")
-    if not native.lib.kinegen_processor():
-        raise ImportError("it was built for a processor with more instructions")
+    if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
+        which = f"it has no variant {wanted!r} that this processor can run"
+        raise ImportError(which if wanted else "it was built for a processor with more instructions")
     return native
 
 
@@ -319,16 +323,10 @@ def _blocks(q: NDArray[Any], out: Floats, limit: int) -> Generator[tuple[NDArray
             yield q[start : start + step], out[start : start + step]
 
 
-@cache
-def _pool() -> ThreadPoolExecutor:
-    if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=_pool.cache_clear)  # a child has none of its parent's threads
-    return ThreadPoolExecutor(os.cpu_count(), "kinegen")
-
-
 def _spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
-    """Work through the blocks, together with helpers from the pool; the caller works too, so it never waits idly."""
+    """Work through the blocks, without NumPy's warnings, the caller together with helpers from the pool."""
     lock = threading.Lock()
+    pool = _pools.get("") or _pools.setdefault("", ThreadPoolExecutor(os.cpu_count(), "kinegen"))
 
     def drain() -> None:
         while True:
@@ -336,10 +334,12 @@ def _spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], worke
                 block = next(blocks, None)
             if block is None:
                 return
-            work(*block)
+            with np.errstate(all="ignore"):
+                work(*block)
 
-    helpers = [_pool().submit(drain) for _ in range(workers - 1)]
+    helpers: list[Future[None]] = []
     try:
+        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
         drain()
     finally:
         with lock:

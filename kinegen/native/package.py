@@ -10,7 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 
-from kinegen.native.compile import Extension, Flags, compile_extension
+from kinegen.native.compile import Extension, compile_extension
+from kinegen.native.dispatch import dispatch, units
+from kinegen.native.flags import Flags
 from kinegen.native.glue import Interface, declarations, glue
 
 _numbers = itertools.count()
@@ -48,8 +50,16 @@ def build_extension(
     Raises:
         CompileError: If there is no compiler, or if it refuses a file.
     """
-    files = {**sources, **glue(interface, stamp_of(sources))}
-    return compile_extension(files, declarations(interface), f"{interface.symbol}._native", flags or Flags(), cache)
+    flags = flags or Flags()
+    kernels = {**sources, **dispatch(interface, flags)}
+    return compile_extension(
+        {**kernels, **glue(interface, stamp_of(sources))},
+        units(interface, tuple(kernels), flags),
+        declarations(interface),
+        f"{interface.symbol}._native",
+        place=flags.place,
+        cache=cache,
+    )
 
 
 def load_package(folder: Path) -> ModuleType:

@@ -1,8 +1,9 @@
-/* Made-up kernels with the interfaces of emitted ones. Before this text stand the macros
+/* Made-up kernels with the interfaces of emitted ones: the scalar ones, or the batch ones. Before this text stand
  *
  *   REAL, NAME(x)          number type, and a name with its prefix
  *   DOF, PARAMETER         number of joint values, whether there is the runtime parameter `offset`
  *   TIPS, SEVERAL          number of tips, whether the result has an axis for them
+ *   BATCHES                whether this is the file of batch kernels
  *
  * Number r of frame f is q[r % DOF] * (r + 1) + (f + offset).
  */
@@ -28,6 +29,7 @@
 
 #define NUMBER(f, r) (POINT(r) * (REAL)((r) + 1) + ((REAL)(f) + OFFSET))
 
+#if !BATCHES
 static void poses(Q PARAMS int frames, REAL *out)
 {
     for (int f = 0; f < frames; ++f) {
@@ -52,15 +54,20 @@ static void points(Q PARAMS int frames, REAL *out)
 
 #if SEVERAL
 #define RESULT(width) REAL out[TIPS][width]
-#define CELLS(width) (REAL (*)[width])
 #else
 #define RESULT(width) REAL out[width]
-#define CELLS(width)
 #endif
 
 void NAME(fk)(HEAD PARAMS RESULT(16)) { poses(KEEP PASS_PARAMS TIPS, (REAL *)out); }
 void NAME(frames)(HEAD PARAMS REAL out[2][16]) { poses(KEEP PASS_PARAMS 2, (REAL *)out); }
 void NAME(position)(HEAD PARAMS RESULT(3)) { points(KEEP PASS_PARAMS TIPS, (REAL *)out); }
+
+#else
+#if SEVERAL
+#define CELLS(width) (REAL (*)[width])
+#else
+#define CELLS(width)
+#endif
 
 #define BATCH(function, cells, frames, width, kept)                                                         \
     void NAME(function##_batch)(size_t n, const REAL *q, ptrdiff_t q_pose, ptrdiff_t q_joint, PARAMS        \
@@ -83,3 +90,4 @@ void NAME(position)(HEAD PARAMS RESULT(3)) { points(KEEP PASS_PARAMS TIPS, (REAL
 BATCH(fk, CELLS(16), TIPS, 16, 12)
 BATCH(frames, (REAL (*)[16]), 2, 16, 12)
 BATCH(position, CELLS(3), TIPS, 3, 3)
+#endif

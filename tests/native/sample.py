@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.naming import EXTENSION
-from kinegen.native.compile import Flags
+from kinegen.native.flags import Flags
 from kinegen.native.glue import Interface, OutputShape
 from kinegen.native.package import build_extension, stamp_of
 
@@ -85,8 +85,8 @@ class Sample:
         files = {}
         for real in self.reals:
             prefix = self.interface.prefix(real)
-            files |= {f"{prefix}.h": self._header(real), f"{prefix}.c": self._macros(real) + code}
-            files |= {f"{prefix}_batch.h": f'#include "{prefix}.h"\n'}
+            files |= {f"{prefix}.h": self._header(real), f"{prefix}_batch.h": f'#include "{prefix}.h"\n'}
+            files |= {f"{prefix}.c": self._macros(real, 0) + code, f"{prefix}_batch.c": self._macros(real, 1) + code}
         return files
 
     def write(self, folder: Path, cache: Path, *, native: bool = True) -> Path:
@@ -149,7 +149,7 @@ class Sample:
             lines += [f"void {prefix}_{output.name}_batch({batch});"]
         return "\n".join([*lines, ""])
 
-    def _macros(self, real: str) -> str:
+    def _macros(self, real: str, batches: int) -> str:
         prefix = self.interface.prefix(real)
         values = {
             "REAL": real,
@@ -158,6 +158,7 @@ class Sample:
             "PARAMETER": int(self.parameter),
             "TIPS": max(self.tips, 1),
             "SEVERAL": int(self.tips > 0),
+            "BATCHES": batches,
         }
         return "".join(f"#define {name} {value}\n" for name, value in values.items()) + f'#include "{prefix}.h"\n'
 

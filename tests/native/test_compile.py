@@ -14,8 +14,10 @@ import pytest
 
 from kinegen.errors import CompileError
 from kinegen.naming import EXTENSION
-from kinegen.native.compile import Flags, compile_extension
+from kinegen.native.compile import compile_extension
 from kinegen.native.compiler import find_compiler, processor
+from kinegen.native.dispatch import dispatch, units
+from kinegen.native.flags import Flags
 from kinegen.native.glue import declarations, glue
 from kinegen.native.package import build_extension, stamp_of
 from tests.native.conftest import SAMPLES, needs_compiler
@@ -187,10 +189,13 @@ def test_a_silent_failure_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_a_prototype_that_differs_from_the_header_is_refused(tmp_path: Path) -> None:
     """What cffi is told is compared with the emitted header by the compiler itself."""
     cdef = declarations(CHAIN.interface).replace("void chain_fk(", "int chain_fk(")
-    files = {**CHAIN.sources(), **glue(CHAIN.interface, "0" * 16)}
+    kernels = {**CHAIN.sources(), **dispatch(CHAIN.interface, FLAGS)}
+    compilations = units(CHAIN.interface, tuple(kernels), FLAGS)
 
     with pytest.raises(CompileError, match=r"kinegen_cffi\.c"):
-        compile_extension(files, cdef, "chain._native", FLAGS, tmp_path)
+        compile_extension(
+            {**kernels, **glue(CHAIN.interface, "0" * 16)}, compilations, cdef, "chain._native", cache=tmp_path
+        )
 
 
 def test_missing_headers_of_python_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
