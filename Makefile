@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test check fix format lint types generated current docs docs-current bench wheel clean
+.PHONY: help demo test test-boards check fix format lint types generated current docs docs-current bench wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -36,6 +36,10 @@ demo: $(VENV)/.kinegen ## shows the closed form of a PUMA 560, builds and proves
 
 test: $(VENV)/.dev ## runs the test suite
 	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_OPTIONS)
+
+test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
+	@$(BIN)/python scripts/install_boards.py
+	$(BIN)/python -m pytest -n $(JOBS) -m boards tests/boards $(PYTEST_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 
