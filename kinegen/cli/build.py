@@ -80,10 +80,18 @@ def command(
 
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
-    flags = Flags(march or "native", portable=portable, contraction=not reproducible)
     options = BuildOptions(
-        output, tuple(Real(name) for name in REALS[real]), outputs, compile=not no_compile, flags=flags
+        output=output,
+        reals=tuple(Real(name) for name in REALS[real]),
+        quantities=outputs,
+        compile=not no_compile,
+        flags=Flags(march or "native", portable=portable, contraction=not reproducible),
     )
+    return _build_all(files, options, as_json=as_json, debug=context.find_root().params["debug"])
+
+
+def _build_all(files: tuple[Path, ...], options: BuildOptions, *, as_json: bool, debug: bool) -> int:
+    """Build one robot after the other, also after one has failed; returns the exit status."""
     failed: list[Path] = []
     documents: list[dict[str, object]] = []
     names: dict[str, Path] = {}
@@ -92,7 +100,7 @@ def command(
             _claim_name(file, names)
             result = _build(file, options, brief=len(files) > 1, quiet=as_json)
         except KinegenError as error:
-            if (len(files) == 1 and not as_json) or context.find_root().params["debug"]:
+            if (len(files) == 1 and not as_json) or debug:
                 raise
             complain(f"error: {error}")
             failed.append(file)

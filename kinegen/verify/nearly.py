@@ -51,6 +51,9 @@ class Note:
     line: int | None
     text: str
 
+    def __str__(self) -> str:
+        return self.text if self.line is None else f"line {self.line}: {self.text}"
+
 
 @dataclass(frozen=True, slots=True)
 class _Place:

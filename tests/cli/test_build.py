@@ -14,9 +14,10 @@ from typing import Any
 import pytest
 
 from kinegen import build as building
-from kinegen.build import BuildResult
+from kinegen.build import BuildOptions, BuildResult
 from kinegen.cli import main
-from kinegen.errors import ProofError
+from kinegen.errors import CompileError, ProofError
+from kinegen.native.flags import Flags
 from kinegen.verify import proof
 from kinegen.verify.proof import Comparison, Proof
 from tests.cli.commands import BAD, ROBOTS, TWO
@@ -175,8 +176,9 @@ def test_a_build_without_the_pose_still_shows_the_plain_product(
         (["--outputs", "pose,jacobian"], "unknown output 'jacobian' (expected one or more of pose,frames,position)"),
         (["--outputs", ""], "unknown output ''"),
         (["--real", "half"], "'half' is not one of 'double', 'float', 'both'"),
+        (["--march", "haswell", "--portable"], "--march and --portable exclude each other"),
     ],
-    ids=["output", "no output", "real"],
+    ids=["output", "no output", "real", "processor"],
 )
 def test_wrong_options_are_wrong_usage(
     arguments: list[str], message: str, two: str, out: Path, capsys: pytest.CaptureFixture[str]
@@ -300,6 +302,32 @@ def test_debug_shows_where_a_proof_failed(
     err = capsys.readouterr().err
     assert err.startswith("Traceback")
     assert err.endswith("error: it does not hold\n")
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ([], Flags()),
+        (["--march", "haswell"], Flags(march="haswell")),
+        (["--portable"], Flags(portable=True)),
+        (["--reproducible"], Flags(contraction=False)),
+    ],
+    ids=["default", "march", "portable", "reproducible"],
+)
+def test_how_kernels_are_compiled(
+    options: list[str], expected: Flags, two: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Flags] = []
+
+    def refuse(_path: Path, options: BuildOptions, _report: object) -> BuildResult:
+        asked.append(options.flags)
+        raise CompileError("not now")
+
+    monkeypatch.setattr(building, "build", refuse)
+
+    assert main(["build", two, *options]) == 1
+    assert capsys.readouterr().err == "error: not now\n"
+    assert asked == [expected]
 
 
 def test_compiled_kernels_are_proved_in_every_way(two: str, out: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -109,6 +109,7 @@ def test_sequences_and_fixed_transforms_are_looked_at() -> None:
         (8, "Ry of frame camera is"),
     ]
     assert "turns camera by" in notes[-1].text
+    assert [str(note).split(" of ")[0] for note in notes] == ["line 10: Ry", "Rx", "Tx", "line 8: Ry"]
 
 
 def test_leads_of_screws() -> None:
