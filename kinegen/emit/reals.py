@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from enum import StrEnum
 from fractions import Fraction
@@ -36,7 +37,10 @@ class Real(StrEnum):
 
 
 def _float32(value: float) -> float:
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+    try:
+        return float(struct.unpack("<f", struct.pack("<f", value))[0])
+    except OverflowError:  # a few digits of the largest floats round up beyond them
+        return math.copysign(math.inf, value)
 
 
 def _nearest_float32(exact: Fraction, nearby: float) -> float:

@@ -63,6 +63,14 @@ def c_kernels(name: str, real: Real) -> tuple[str, str, str]:
     return f"{stem}.c", f"{stem}_batch.c", f"{stem}_selftest.c"
 
 
+def tile(name: str, real: Real) -> int:
+    """How many configurations a batch kernel evaluates at once."""
+    found = re.search(r"\bTILE = (\d+)", texts(name)[c_kernels(name, real)[1]])
+
+    assert found
+    return int(found.group(1))
+
+
 def run(command: Sequence[str | Path], folder: Path | None = None) -> str:
     """Run a command that must succeed and say nothing on standard error."""
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -72,5 +80,5 @@ def run(command: Sequence[str | Path], folder: Path | None = None) -> str:
 
 
 def code(text: str) -> str:
-    """C without its comments."""
-    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    """C without its comments and the texts of its `#error` lines."""
+    return re.sub(r"/\*.*?\*/|(?<=#error).*?$", "", text, flags=re.DOTALL | re.MULTILINE)
