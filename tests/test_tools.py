@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from docs import make_readme
+from docs import make_readme, make_robots
+from kinegen.robot.load import load
 from scripts import make_venv
 
 PAGE = """\
@@ -67,6 +68,14 @@ def test_a_page_does_not_keep_what_a_proof_says(before: str, after: str) -> None
 def test_a_page_does_not_show_a_command_that_fails() -> None:
     with pytest.raises(SystemExit, match="exit status 3\nno such robot"):
         make_readme.output("echo no such robot; exit 3")
+
+
+@pytest.mark.parametrize(
+    ("name", "joints"),
+    [("puma560", "6R"), ("stanford", "2R P 3R"), ("screw", "H"), ("blocks", "none"), ("hand", "17R, 5 tips")],
+)
+def test_the_list_of_robots_names_their_joints(name: str, joints: str) -> None:
+    assert make_robots.joints(load(make_robots.FOLDER / f"{name}.yaml")) == joints
 
 
 def test_a_usable_environment_is_left_alone(tmp_path: Path) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
 from collections.abc import Iterable
 
 from kinegen.build import BuildResult, Stage
-from kinegen.cli.terminal import bad, columns, faint, filled, good, strong
+from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
 from kinegen.outputs import Quantity
 from kinegen.verify.proof import Comparison
 from kinegen.write import Written
@@ -53,7 +54,11 @@ def _sums(result: BuildResult) -> list[str]:
 
 
 def _note_lines(result: BuildResult) -> list[str]:
-    return [f"{_INDENT}{strong('note')}: {note}" for note in result.notes]
+    lines = []
+    for note in result.notes:
+        first, *others = textwrap.wrap(f"{_INDENT}note: {note}", width(), subsequent_indent=_INDENT * 4)
+        lines += [first.replace("note", strong("note"), 1), *others]
+    return lines
 
 
 def _file_lines(result: BuildResult) -> list[str]:
