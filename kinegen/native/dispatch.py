@@ -59,11 +59,10 @@ def units(interface: Interface, names: tuple[str, ...], flags: Flags) -> tuple[U
     Returns:
         One compilation for each file, or for each variant of a batch file.
     """
-    plain = flags.arguments()
     batches = {f"{interface.prefix(real)}_batch.c": real for real in interface.reals}
     found = [Unit(PROCESSOR, PROCESSOR.removesuffix(".c"), ("-std=gnu99", "-O2"))]
     for name in names:
-        stem = name.removesuffix(".c")
+        stem, plain = name.removesuffix(".c"), flags.arguments(batch=name in batches)
         if name in batches and flags.variants:
             functions = [f"{interface.prefix(batches[name])}_{output.name}_batch" for output in interface.outputs]
             for variant in flags.variants:

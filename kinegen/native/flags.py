@@ -11,6 +11,10 @@ from kinegen.native.compiler import processor
 _X86 = ("x86_64", "amd64", "x64")
 _ARM = ("aarch64", "arm64")
 
+# For most processors with AVX-512 the compilers prefer 256 bits, lest a few wide instructions slow down the code around
+# them. A batch is nothing but wide arithmetic: it gains a fifth on a Zen 4 (91 against 75 million poses a second).
+_WIDE = ("-mprefer-vector-width=512",)
+
 
 @dataclass(frozen=True, slots=True)
 class Variant:
@@ -27,7 +31,8 @@ class Variant:
 
     def arguments(self) -> tuple[str, ...]:
         """What the compiler is told besides the flags of the plainest processor."""
-        return tuple(f"-m{feature}" for feature in self.features)
+        wide = _WIDE if "avx512f" in self.features else ()
+        return (*(f"-m{feature}" for feature in self.features), *wide)
 
 
 _AVX2 = ("avx", "avx2", "fma", "bmi", "bmi2")
@@ -78,10 +83,15 @@ class Flags:
         """A text that differs between machines on which the same flags give different code."""
         return processor().describe() if self.march == "native" and not self.portable else processor().machine
 
-    def arguments(self) -> tuple[str, ...]:
-        """The flags as the compiler takes them."""
+    def arguments(self, *, batch: bool = False) -> tuple[str, ...]:
+        """The flags as the compiler takes them.
+
+        Args:
+            batch: Whether they are for batch kernels; a variant adds its own.
+        """
+        wide = _WIDE if batch and self.march is not None and not self.portable and _machine() in _X86 else ()
         contraction = f"-ffp-contract={'fast' if self.contraction else 'off'}"
-        return ("-std=c99", f"-O{self.optimisation}", contraction, *self._target(), *self.extra)
+        return ("-std=c99", f"-O{self.optimisation}", contraction, *self._target(), *wide, *self.extra)
 
     def _target(self) -> tuple[str, ...]:
         if self.portable:
