@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from kinegen.emit.accuracy import accuracy_lines, error_lines
 from kinegen.emit.c.statements import CPrinter, uses_sincos
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, parameter_lines, provenance
@@ -23,6 +24,7 @@ class Function:
         name: C name.
         brief: What it computes.
         operations: What a call costs, in words.
+        errors: How far its results can be off.
         prototype: Declaration without `restrict`, valid in C++.
         definition: Head of the definition.
         body: Statements; each result is stored as soon as it is there.
@@ -34,6 +36,7 @@ class Function:
     name: str
     brief: str
     operations: str
+    errors: tuple[str, ...]
     prototype: str
     definition: str
     body: tuple[str, ...]
@@ -62,6 +65,7 @@ class KernelContext:
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
     functions: tuple[Function, ...]
+    accuracy: tuple[str, ...]
     sincos: Sincos | None
     sincos_macro: str
 
@@ -86,11 +90,11 @@ def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
 def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
     """Everything the templates lay out, as finished text."""
     robot = kernels.robot
-    header = c_file(robot.name, "h", real)
+    header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
     names = tuple(parameter.name for parameter in robot.runtime_parameters)
     return KernelContext(
         header=header,
-        source=c_file(robot.name, "c", real),
+        source=source,
         guard=guard(header),
         provenance=provenance(robot),
         title=f"Forward kinematics of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
@@ -105,6 +109,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         parameter_names=names,
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        accuracy=accuracy_lines(kernels, source),
         sincos=SINCOS[real] if uses_sincos(kernels.programs) else None,
         sincos_macro=sincos_macro(robot.name, real),
     )
@@ -159,6 +164,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         name=name,
         brief=QUANTITY_TEXT[program.quantity],
         operations=operation_line(program),
+        errors=error_lines(kernels, program, real),
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restrict})",
         body=body,

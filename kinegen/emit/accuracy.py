@@ -1,0 +1,173 @@
+"""How far results can be off: what is proven of a program in a number type, and the sentences that headers print.
+
+The analysis is `kinegen.ir.bounds`; this module knows the ranges of a robot's joints and the facts of the number types.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import ROUND_CEILING, Context, Decimal
+from fractions import Fraction
+from functools import lru_cache
+from types import MappingProxyType
+
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS
+from kinegen.ir.bounds import ErrorBound, NumberType, Ranges, bound
+from kinegen.ir.program import Program
+from kinegen.outputs import Quantity
+from kinegen.robot.extent import joint_box
+from kinegen.robot.model import JointType, JointVariable, Robot
+
+NUMBER_TYPES: Mapping[Real, NumberType] = MappingProxyType(
+    {
+        real: NumberType(
+            precision=precision,
+            lowest=lowest,
+            highest=highest,
+            nearest=real.round,
+            sine_error=SINCOS[real].absolute_error,
+            angle_limit=SINCOS[real].limit,
+        )
+        for real, precision, lowest, highest in ((Real.DOUBLE, 53, -1074, 1024), (Real.FLOAT, 24, -149, 128))
+    }
+)
+"""IEEE 754 binary64 and binary32, with the emitted sines and cosines."""
+
+_MARGIN = Fraction(1, 2**20)
+"""Ranges are wider than limits by this part, which is far more than rounding a limit to the number type moves it."""
+
+_LINE = 116
+"""Characters of a line of a comment, without the asterisk before it."""
+
+_TWO_DIGITS = Context(prec=2, rounding=ROUND_CEILING)
+
+
+def error_bound(kernels: Kernels, program: Program, real: Real, widest: bool = False) -> ErrorBound:
+    """What is proven for the joint box of a robot.
+
+    Args:
+        kernels: The robot and the values of its parameters.
+        program: One of its programs.
+        real: The number type.
+        widest: Whether angles without limits lie anywhere in the range of the sine and cosine, not just half a turn to
+            either side. Prismatic joints without limits keep the stroke of `robot.extent.joint_box`.
+
+    Returns:
+        Bounds for all joint values in the box; see `kinegen.ir.bounds`.
+    """
+    limit = SINCOS[real].limit
+    box = [
+        (-limit, limit) if widest and _is_free_angle(variable) else ends
+        for variable, ends in zip(kernels.robot.variables, joint_box(kernels.robot), strict=True)
+    ]
+    joints = tuple(
+        (Fraction(low) - abs(Fraction(low)) * _MARGIN, Fraction(high) + abs(Fraction(high)) * _MARGIN)
+        for low, high in box
+    )
+    return _bound(program, Ranges(joints, kernels.defaults), real)
+
+
+@lru_cache(maxsize=64)
+def _bound(program: Program, ranges: Ranges, real: Real) -> ErrorBound:
+    """Scalar and batch kernels ask for the same bounds."""
+    return bound(program, ranges, NUMBER_TYPES[real])
+
+
+def has_free_angles(robot: Robot) -> bool:
+    """Whether any angle has no limits."""
+    return any(_is_free_angle(variable) for variable in robot.variables)
+
+
+def _is_free_angle(variable: JointVariable) -> bool:
+    return variable.limits is None and variable.type is not JointType.PRISMATIC
+
+
+# Sentences ------------------------------------------------------------------------------------------------------------
+
+
+def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
+    """What the errors that a header states are the errors of, and for which inputs and machines they hold.
+
+    Args:
+        kernels: The robot and its programs.
+        source: The file with the sine and cosine.
+
+    Returns:
+        Lines of a comment.
+    """
+    unlimited = list(_unlimited(kernels.robot))
+    ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
+    defaults = " for the parameters of the file" if kernels.defaults else ""
+    return _wrapped(
+        "Proven errors, stated at each function: how far a result can be from what the table gives exactly for the "
+        f"joint values that are passed in, anywhere within their limits{ranges}{defaults}. They hold for rounding to "
+        f"nearest with subnormal numbers, with or without contraction, and for the sine and cosine of {source}."
+    )
+
+
+def _unlimited(robot: Robot) -> Iterator[str]:
+    """What is assumed of joints without limits."""
+    angles = [f"q[{variable.index}]" for variable in robot.variables if _is_free_angle(variable)]
+    if angles:
+        yield f"half a turn to either side for {_listed(angles)}"
+    for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True):
+        if variable.limits is None and not _is_free_angle(variable):
+            yield f"{low:.6g} to {high:.6g} {robot.units.length} for q[{variable.index}]"
+
+
+def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
+    """The proven errors of one function, in the file's length unit.
+
+    Args:
+        kernels: The robot and the values of its parameters.
+        program: The program of the function.
+        real: The number type.
+
+    Returns:
+        Lines of a comment: for the joint box, and for the widest range if any angle has no limits.
+    """
+    robot = kernels.robot
+    of = f" of any {'frame' if program.quantity is Quantity.FRAMES else 'tip'}" if len(program.frames) > 1 else ""
+    errors = _errors(error_bound(kernels, program, real), robot.units.length)
+    text = f"Proven error{of}: {errors}."
+    if has_free_angles(robot):
+        free = _listed([f"q[{variable.index}]" for variable in robot.variables if _is_free_angle(variable)])
+        limit = f"{SINCOS[real].limit:.6g} rad"
+        wide = _errors(error_bound(kernels, program, real, widest=True), robot.units.length)
+        if wide == errors:
+            text += f" The same for {free} anywhere up to {limit}."
+        else:
+            text += f" For {free} anywhere up to {limit}, as far as sums of angles are too: {wide}."
+    return _wrapped(text)
+
+
+def _errors(proven: ErrorBound, length: str) -> str:
+    parts = [f"|p{axis}| <= {two_digits(error)} {length}" for axis, error in zip("xyz", proven.position, strict=True)]
+    if proven.rotation is not None:
+        parts.append(f"rotation entries <= {two_digits(proven.rotation)}")
+    return ", ".join(parts)
+
+
+def _wrapped(text: str) -> tuple[str, ...]:
+    """Lines of a comment; no line ends between a number and its unit or what it bounds."""
+    whole = re.sub(r"(?<=\d) (?=(?:m|cm|mm|in|rad)\b)|(?<=<=) | (?=<=)", "~", text)
+    lines = textwrap.wrap(whole, _LINE, break_long_words=False, break_on_hyphens=False)
+    return tuple(line.replace("~", " ") for line in lines)
+
+
+def two_digits(error: float) -> str:
+    """A bound with two digits, never smaller than it is."""
+    if math.isinf(error):
+        return "infinity"
+    rounded = _TWO_DIGITS.create_decimal(Decimal(error))
+    return f"{rounded:.1e}".replace("e-0", "e-").replace("e+0", "e") if rounded else "0"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]
