@@ -124,6 +124,21 @@ def c_file(robot: str, extension: str, real: str = "double", *, batch: bool = Fa
     return f"{prefix(robot, real)}{'_batch' if batch else ''}.{extension}"
 
 
+def selftest_file(robot: str, real: str = "double") -> str:
+    """The self-test of one number type: `puma560_selftest.c`."""
+    return f"{prefix(robot, real)}_selftest.c"
+
+
+def vectors_file(robot: str, real: str = "double") -> str:
+    """The test vectors of one number type: `puma560_vectors.h`."""
+    return f"{prefix(robot, real)}_vectors.h"
+
+
+def cmake_target(robot: str) -> str:
+    """The CMake target of a package, `kinegen_puma560`; other projects know it as `kinegen::puma560`."""
+    return f"kinegen_{robot}"
+
+
 def guard(file_name: str) -> str:
     """The include guard of a header: `KINEGEN_PUMA560_H_INCLUDED` for `puma560.h`."""
     return f"KINEGEN_{file_name.replace('.', '_').upper()}_INCLUDED"

@@ -1,0 +1,49 @@
+"""The folder of a firmware package, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.packages.context import project_context
+from kinegen.emit.packages.ecosystem import Ecosystem
+from kinegen.emit.packages.layout import LAYOUTS
+from kinegen.emit.reals import Real
+from kinegen.errors import KinegenError
+from kinegen.naming import c_file, selftest_file, vectors_file
+
+
+def emit_project(
+    kernels: Kernels, files: Mapping[str, str], reals: tuple[Real, ...], ecosystem: Ecosystem
+) -> dict[str, str]:
+    """Print a package.
+
+    Args:
+        kernels: The robot and its programs.
+        files: The emitted C files by name, self-tests and vectors among them; they are taken as they are.
+        reals: The number types of the package.
+        ecosystem: Who takes it.
+
+    Returns:
+        Text by path below the package folder, with forward slashes. The folder has to bear the robot's name.
+
+    Raises:
+        KinegenError: If the ecosystem keeps the robot's name for itself.
+    """
+    robot = kernels.robot.name
+    if ecosystem is Ecosystem.ARDUINO and robot.lower().startswith("arduino"):
+        raise KinegenError(f"robot name {robot!r} begins as only Arduino's own libraries may; give it another `name:`")
+    layout = LAYOUTS[ecosystem]
+    context = project_context(kernels, reals, layout)
+    project = {
+        path: environment().get_template(f"packages/{template}").render(p=context)
+        for path, template in layout.rendered.items()
+    }
+    for real in reals:
+        header, source = c_file(robot, "h", real), c_file(robot, "c", real)
+        project[f"{layout.headers}/{header}"] = files[header]
+        project[f"{layout.sources}/{source}"] = files[source]
+        for name in (selftest_file(robot, real), vectors_file(robot, real)):
+            project[f"{layout.selftest}/{name}"] = files[name]
+    return project
