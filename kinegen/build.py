@@ -13,41 +13,31 @@ A build that fails in any stage leaves the output folder as it was.
 
 from __future__ import annotations
 
-import tempfile
 import time
-import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from fractions import Fraction
 from pathlib import Path
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import Vectors, emit_vectors
+from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package, output_shape
 from kinegen.emit.reals import Real
-from kinegen.errors import CompileError, MissingToolError
-from kinegen.ir.lower import exact_number, lower
+from kinegen.errors import MissingToolError
+from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.flags import Flags
-from kinegen.native.glue import Interface, OutputShape
-from kinegen.native.package import build_extension, load_package, stamp_of
+from kinegen.native.package import build_extension, interface_of
 from kinegen.outputs import Quantity
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.extent import reach
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain
-from kinegen.symbolic.transforms import EXACT
-from kinegen.verify.proof import Proof, prove
-from kinegen.verify.tolerances import TOLERANCES
-from kinegen.verify.vectors import vector_inputs, vector_pairs, vector_results
+from kinegen.verify.nearly import nearly_special
+from kinegen.verify.proof import Proof
+from kinegen.verify.staging import prove_package
+from kinegen.verify.vectors import compute_vectors
 from kinegen.write import Written, is_generated, write_files
 
 
@@ -158,15 +148,15 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         plain_count = count(lower(plain))
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
     with clock.stage("emit") as detail:
-        kernels = Kernels(robot, programs, _defaults(robot))
-        emitted = emit_all(kernels, options.reals)
+        kernels = Kernels(robot, programs, runtime_defaults(robot))
+        emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
         detail.append(f"{len(emitted.files)} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
         contents = _contents(emitted, extension)
-        proof, backend = _prove(robot, contents, options)
+        proof, backend = prove_package(robot, contents, options.quantities, tuple(map(str, options.reals)))
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
     with clock.stage("write") as detail:
         written = write_files(options.output / robot.name, contents, _stale(emitted))
@@ -181,7 +171,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         proof=proof,
         backend=backend,
         stages=tuple(clock.stages),
-        notes=notes,
+        notes=(*notes, *(str(note) for note in nearly_special(robot))),
     )
 
 
@@ -199,71 +189,15 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
         KinegenError: If the file is bad.
     """
     robot = load(path)
-    return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), _defaults(robot))
+    return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), runtime_defaults(robot))
 
 
-@dataclass(frozen=True, slots=True)
-class Emitted:
-    """What the emitters made.
-
-    Attributes:
-        sources: The C files that the extension is compiled from, by name.
-        files: All files of the package, these among them.
-        stamp: Digest of the sources.
-    """
-
-    sources: Mapping[str, str]
-    files: Mapping[str, str]
-    stamp: str
-
-
-def emit_all(kernels: Kernels, reals: tuple[Real, ...]) -> Emitted:
-    """Print every text file of a package.
-
-    Args:
-        kernels: The robot and its programs.
-        reals: Number types.
-
-    Returns:
-        C kernels, their test vectors, and the Python module with its NumPy form.
-    """
-    sources: dict[str, str] = {}
-    for real in reals:
-        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
-    stamp = stamp_of(sources)
-    quantities = tuple(program.quantity for program in kernels.programs)
-    inputs = vector_inputs(kernels.robot)
-    names = (parameter.name for parameter in kernels.robot.runtime_parameters)
-    vectors = Vectors(
-        inputs=inputs,
-        expected=vector_results(kernels.robot, quantities),
-        pairs=vector_pairs(kernels.programs, inputs, dict(zip(names, kernels.defaults, strict=True))),
-    )
-    files = dict(sources)
-    for real in reals:
-        files |= emit_vectors(kernels, vectors, real, _vector_tolerance(kernels.robot, real))
-    files |= emit_formula(kernels) | emit_package(kernels, reals, stamp)
-    return Emitted(sources, files, stamp)
-
-
-def _compile(
-    kernels: Kernels, emitted: Emitted, options: BuildOptions
-) -> tuple[Extension | None, tuple[str, ...]]:
+def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple[Extension | None, tuple[str, ...]]:
     """The extension, or none and the reason."""
     if not options.compile:
         return None, ()
-    robot = kernels.robot
-    interface = Interface(
-        symbol=robot.name,
-        dof=robot.dof,
-        outputs=tuple(
-            OutputShape(program.quantity.function, output_shape(robot, program)) for program in kernels.programs
-        ),
-        reals=tuple(real.value for real in options.reals),
-        parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
-    )
     try:
-        return build_extension(interface, emitted.sources, options.flags), ()
+        return build_extension(interface_of(kernels, options.reals), emitted.sources, options.flags), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 
@@ -273,24 +207,6 @@ def _contents(emitted: Emitted, extension: Extension | None) -> dict[str, str | 
     return {**emitted.files, **compiled}
 
 
-def _prove(robot: Robot, contents: Mapping[str, str | bytes], options: BuildOptions) -> tuple[Proof, str]:
-    """Import the package from a staging folder and hold it against the reference."""
-    with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
-        folder = Path(staging) / robot.name
-        folder.mkdir()
-        for name, content in contents.items():
-            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            package = load_package(folder)
-        if EXTENSION in contents and package.backend != "c":
-            reason = "; ".join(str(warning.message) for warning in caught)
-            raise CompileError(f"{robot.name}: the compiled module cannot be proven on this machine: {reason}")
-        proof = prove(robot, package, options.quantities, tuple(real.value for real in options.reals))
-        proof.require(robot)
-        return proof, str(package.backend)
-
-
 def _stale(emitted: Emitted) -> Callable[[Path], bool]:
     """Which files of an earlier build go: all that are ours, but not an extension of the same C files."""
 
@@ -298,15 +214,6 @@ def _stale(emitted: Emitted) -> Callable[[Path], bool]:
         return is_generated(path) and not (path.name == EXTENSION and emitted.stamp.encode() in path.read_bytes())
 
     return stale
-
-
-def _vector_tolerance(robot: Robot, real: Real) -> Fraction:
-    relative = TOLERANCES.double if real is Real.DOUBLE else TOLERANCES.float
-    return Fraction(relative) * max(Fraction(1), Fraction(reach(robot, robot.frame_names)))
-
-
-def _defaults(robot: Robot) -> tuple[Fraction, ...]:
-    return tuple(exact_number(evaluate(parameter.value, {}, EXACT)) for parameter in robot.runtime_parameters)
 
 
 def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:

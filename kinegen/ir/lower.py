@@ -18,7 +18,10 @@ from kinegen.ir.names import name_values
 from kinegen.ir.program import Operator, Program
 from kinegen.ir.signs import absorb_signs
 from kinegen.ir.values import Value, Values
+from kinegen.robot.expressions import evaluate
+from kinegen.robot.model import Robot
 from kinegen.symbolic.expressions import Expressions
+from kinegen.symbolic.transforms import EXACT
 
 DIGITS = 150
 _NEGLIGIBLE = Fraction(1, 10**120)
@@ -54,6 +57,11 @@ def lower(expressions: Expressions) -> Program:
         dof=len(expressions.variables),
         parameters=tuple(parameter.name for parameter in expressions.parameters),
     )
+
+
+def runtime_defaults(robot: Robot) -> tuple[Fraction, ...]:
+    """The file's values of the runtime parameters, in their order, in kernel units."""
+    return tuple(exact_number(evaluate(parameter.value, {}, EXACT)) for parameter in robot.runtime_parameters)
 
 
 @dataclass(slots=True)

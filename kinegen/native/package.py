@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.util
 import itertools
 import sys
@@ -10,27 +9,35 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 
+from kinegen.emit.files import stamp_of
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.package import output_shape
+from kinegen.emit.reals import Real
 from kinegen.native.compile import Extension, compile_extension
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
-from kinegen.native.glue import Interface, declarations, glue
+from kinegen.native.glue import Interface, OutputShape, declarations, glue
 
 _numbers = itertools.count()
 
 
-def stamp_of(sources: Mapping[str, str]) -> str:
-    """The digest by which a package recognises the extension that belongs to it.
+def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
+    """What the extension of a robot offers.
 
     Args:
-        sources: Emitted C files by name: those of the kernels, headers included, in any order.
-
-    Returns:
-        Sixteen hexadecimal digits.
+        kernels: The robot and its programs.
+        reals: Number types.
     """
-    digest = hashlib.sha256()
-    for name, text in sorted(sources.items()):
-        digest.update(f"{name}\0{text}\0".encode())
-    return digest.hexdigest()[:16]
+    robot = kernels.robot
+    return Interface(
+        symbol=robot.name,
+        dof=robot.dof,
+        outputs=tuple(
+            OutputShape(program.quantity.function, output_shape(robot, program)) for program in kernels.programs
+        ),
+        reals=tuple(real.value for real in reals),
+        parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
+    )
 
 
 def build_extension(

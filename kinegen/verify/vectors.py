@@ -11,11 +11,15 @@ from typing import Any
 import mpmath
 
 from kinegen import reference
+from kinegen.emit.c.vectors import Vectors
+from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 from kinegen.outputs import Quantity
+from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples
+from kinegen.verify.tolerances import TOLERANCES
 
 Row = tuple[Fraction, ...]
 
@@ -30,6 +34,30 @@ _EXACT: Mapping[Operator, Callable[..., Fraction]] = {
     Operator.DIV: truediv,
     Operator.NEG: neg,
 }
+
+
+def compute_vectors(kernels: Kernels) -> Vectors:
+    """The test vectors of a robot, for all its kernels.
+
+    Args:
+        kernels: The robot and its programs.
+
+    Returns:
+        Joint vectors, results and tolerances; positions are held to the robot's reach, or to 1 if that is less.
+    """
+    robot, programs = kernels.robot, kernels.programs
+    inputs = vector_inputs(robot)
+    parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
+    extent = max(Fraction(1), Fraction(reach(robot, robot.frame_names)))
+    return Vectors(
+        inputs=inputs,
+        expected=vector_results(robot, tuple(program.quantity for program in programs)),
+        pairs=vector_pairs(programs, inputs, parameters),
+        tolerances={
+            Real.DOUBLE: Fraction(TOLERANCES.double) * extent,
+            Real.FLOAT: Fraction(TOLERANCES.float) * extent,
+        },
+    )
 
 
 def vector_inputs(robot: Robot) -> tuple[Row, ...]:

@@ -295,7 +295,7 @@ def test_debug_shows_where_a_proof_failed(
     def refuse(*_: Any) -> Proof:
         raise ProofError("it does not hold")
 
-    monkeypatch.setattr(building, "prove", refuse)
+    monkeypatch.setattr(building, "prove_package", refuse)
 
     assert main(["--debug", "build", "--no-compile", two, "-o", str(out)]) == 1
 

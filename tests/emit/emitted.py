@@ -9,15 +9,16 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from kinegen.build import _defaults, emit_all
+from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.ir.lower import lower
+from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
 from kinegen.outputs import Quantity
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
+from kinegen.verify.vectors import compute_vectors
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = ROOT / "robots"
@@ -48,13 +49,13 @@ def robot(name: str) -> Robot:
 def kernels(name: str) -> Kernels:
     """Its programs, of all quantities."""
     arm = robot(name)
-    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), _defaults(arm))
+    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), runtime_defaults(arm))
 
 
 @cache
 def texts(name: str) -> Mapping[str, str]:
     """Every text file of its package, by name."""
-    return emit_all(kernels(name), tuple(Real)).files
+    return emit_files(kernels(name), tuple(Real), compute_vectors(kernels(name))).files
 
 
 def c_kernels(name: str, real: Real) -> tuple[str, str, str]:

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from kinegen.emit.files import stamp_of
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Interface, OutputShape
-from kinegen.native.package import build_extension, stamp_of
+from kinegen.native.package import build_extension
 
 ROOT = Path(__file__).resolve().parents[2]
 FLAGS = Flags(contraction=False, optimisation="1")

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinegen.emit.files import stamp_of
 from kinegen.errors import CompileError
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import compile_extension
@@ -19,7 +20,7 @@ from kinegen.native.compiler import find_compiler, processor
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import declarations, glue
-from kinegen.native.package import build_extension, stamp_of
+from kinegen.native.package import build_extension
 from tests.native.conftest import SAMPLES, needs_compiler
 from tests.native.sample import FLAGS
 

@@ -27,11 +27,13 @@ class Vectors:
         expected: For each quantity and joint vector, the entries of the output array in order, without the constant
             last row of a matrix.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
+        tolerances: Largest accepted difference of an entry, in its own unit, for each number type.
     """
 
     inputs: tuple[tuple[Fraction, ...], ...]
     expected: Mapping[Quantity, tuple[tuple[Fraction, ...], ...]]
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
+    tolerances: Mapping[Real, Fraction]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +80,13 @@ class VectorContext:
     zero: str
 
 
-def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real, tolerance: Fraction) -> dict[str, str]:
+def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, str]:
     """Print the vectors and the self-test of one number type.
 
     Args:
         kernels: The robot and its programs.
         vectors: The data.
         real: The number type.
-        tolerance: Largest accepted difference of an entry, in its own unit.
 
     Returns:
         Text by file name.
@@ -113,7 +114,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real, tolerance: Frac
         pairs_macro=f"{stem.upper()}_PAIRS",
         sincos=SINCOS[real],
         sincos_macro=sincos_macro(robot.name, real),
-        tolerance=real.literal(tolerance),
+        tolerance=real.literal(vectors.tolerances[real]),
         zero=real.literal(Fraction(0)),
     )
     return {
