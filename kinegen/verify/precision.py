@@ -1,0 +1,69 @@
+"""Finds robots for which a number type is visibly too coarse, and says what to do.
+
+In: programs. Out: one note for each number type whose proven error is large beside the distances that the tips really
+cover. That happens when long lengths cancel, as in calibrated tables: between nearly parallel axes the common normal,
+and with it d, runs away to hundreds of metres.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinegen import reference
+from kinegen.emit.accuracy import error_bound, two_digits
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.outputs import Quantity
+from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
+from kinegen.robot.model import Robot
+
+COARSE = 1e-5
+"""Largest error beside the distance covered that passes without a note: 10 um for a metre. Arms of six or seven joints
+stay below 1e-6 in float, a chain of twenty-one joints below 3e-6."""
+
+CANCELLED = 10
+"""Lengths that add up to more than so many times the distance covered cancel."""
+
+POSES = 256
+SEED = 20240229
+
+
+def precision_notes(kernels: Kernels, reals: tuple[Real, ...]) -> tuple[str, ...]:
+    """What a user should know about the precision of the kernels.
+
+    Args:
+        kernels: The robot and its programs.
+        reals: The number types that are built.
+
+    Returns:
+        Sentences; none for most robots.
+    """
+    robot = kernels.robot
+    covered = _covered(robot)
+    unit = robot.units.length
+    # Where links are far from each other on paper, their frames are; what matters is where tips are.
+    programs = [program for program in kernels.programs if program.quantity is not Quantity.FRAMES] or kernels.programs
+    notes = []
+    for real in reals:
+        worst = max((max(error_bound(kernels, program, real).position) for program in programs), default=0.0)
+        if worst > COARSE * covered:
+            found = f"{real} results may be off by {two_digits(worst)} {unit} where the tip covers {covered:.3g} {unit}"
+            notes.append(f"{found}: {_advice(robot, real, covered)}")
+    return tuple(notes)
+
+
+def _advice(robot: Robot, real: Real, covered: float) -> str:
+    better = ["use the double kernels"] if real is Real.FLOAT else []
+    total = reach(robot, robot.frame_names)
+    if total <= CANCELLED * covered:
+        return " or ".join(better or ["no number type has more digits"])
+    better.append("describe nearly parallel axes by Hayati rows")
+    return f"lengths of {total:.4g} {robot.units.length} cancel; {', or '.join(better)}"
+
+
+def _covered(robot: Robot) -> float:
+    """How far from the base tips get, over random poses; unlike the reach this does not add up what cancels."""
+    box = np.array(joint_box(robot)).reshape(robot.dof, 2)
+    q = np.random.default_rng(SEED).uniform(box[:, 0], box[:, 1], (POSES, robot.dof))
+    places = reference.pose(robot, q)[..., :3, 3]
+    return max(SMALLEST_REACH, float(np.linalg.norm(places, axis=-1).max()))
