@@ -18,7 +18,7 @@ from kinegen.build import BuildOptions, BuildResult
 from kinegen.cli import main
 from kinegen.errors import CompileError, ProofError
 from kinegen.native.flags import Flags
-from kinegen.verify import proof
+from kinegen.verify import proof, staging
 from kinegen.verify.proof import Comparison, Proof
 from tests.cli.commands import BAD, ROBOTS, TWO
 
@@ -262,7 +262,7 @@ def test_a_failing_proof_exits_with_1_and_writes_nothing(
         worse: Comparison = replace(found.comparisons[0], position_error=0.25)
         return replace(found, comparisons=(worse, *found.comparisons[1:]))
 
-    monkeypatch.setattr(building, "prove", doubtful)
+    monkeypatch.setattr(staging, "prove", doubtful)
 
     assert main(["build", "--no-compile", two, "-o", str(out)]) == 1
     assert "two: NumPy double pose differs from the reference at q = (" in capsys.readouterr().err
