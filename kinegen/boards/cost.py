@@ -11,7 +11,7 @@ from pathlib import Path
 from kinegen.boards.emulator import run_program
 from kinegen.boards.programs import build_program, write_measured
 from kinegen.boards.targets import Target
-from kinegen.boards.toolchain import find_cross_compiler, link, read_tool
+from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
 from kinegen.emit.c.kernel import kernel_context
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
@@ -111,7 +111,7 @@ def better(costs: Sequence[Cost]) -> Cost:
 def _measure(kernels: Kernels, real: Real, target: Target, optimisation: str, folder: Path) -> Cost:
     files = write_measured(folder, kernels, real)
     (function,) = kernel_context(kernels, real).functions
-    calls, deepest = _run(target, build_program(target, folder, files, "cost.c", real, optimisation))
+    calls, deepest = _run(target, build_program(target, folder, files, SOURCES / "cost.c", real, (optimisation,)))
     compiled = files[0].with_suffix(".o")
     alone = link(target, folder, (compiled,), "alone.elf", entry=function.name)
     (program,) = kernels.programs

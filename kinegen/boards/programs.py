@@ -80,7 +80,7 @@ def write_measured(folder: Path, kernels: Kernels, real: Real) -> tuple[Path, ..
 
 
 def build_program(
-    target: Target, folder: Path, files: Sequence[Path], main: str, real: Real, optimisation: str
+    target: Target, folder: Path, files: Sequence[Path], main: Path, real: Real, flags: Sequence[str]
 ) -> Path:
     """Compile and link a program for a board.
 
@@ -88,17 +88,16 @@ def build_program(
         target: The processor.
         folder: Where the C files are, and objects and program are written.
         files: The C files.
-        main: The file in `sources/` with the main function.
+        main: The file with the main function.
         real: The number type.
-        optimisation: Flag for the kernels.
+        flags: Optimisation.
 
     Returns:
         The program.
     """
-    own = (SOURCES / main, *(SOURCES / name for name in target.toolchain.sources))
-    flags = (optimisation, f"-DREAL={real}")
-    objects = [compile_object(target, folder, file, flags) for file in (*files, *own)]
-    return link(target, folder, objects, f"{Path(main).stem}.elf")
+    own = (main, *(SOURCES / name for name in target.toolchain.sources))
+    objects = [compile_object(target, folder, file, (*flags, f"-DREAL={real}")) for file in (*files, *own)]
+    return link(target, folder, objects, f"{main.stem}.elf")
 
 
 def _write(folder: Path, robots: Sequence[Kernels], real: Real, entries: Sequence[TableEntry]) -> tuple[Path, ...]:

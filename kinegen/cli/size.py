@@ -52,7 +52,7 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...], as_json: bool) -> None:
-    """Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
+    r"""Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
 
     \b
     function       bytes of the kernel function alone

@@ -1,0 +1,57 @@
+"""The robots whose kernels run on boards, and what a machine must have for that."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from kinegen.boards.programs import write_kernels
+from kinegen.boards.targets import STRICT, Target
+from kinegen.boards.toolchain import SOURCES, missing
+from kinegen.build import lower_file
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.outputs import Quantity
+
+ROBOTS = Path(__file__).parents[2] / "robots"
+NAMES = ("puma560", "ur5", "scara", "panda", "thumb")
+
+
+@cache
+def kernels(name: str, *quantities: Quantity) -> Kernels:
+    """A robot of ours with all its programs, or with some."""
+    return lower_file(ROBOTS / f"{name}.yaml", quantities or tuple(Quantity))
+
+
+def require(target: Target) -> None:
+    """Skip, and say what is missing, where a target's programs cannot be built and run."""
+    for command, packages in missing(target).items():
+        pytest.skip(f"needs {command} (apt install {' '.join(packages)})")
+
+
+def run_on_host(folder: Path, real: Real, compiler: str, level: str) -> list[str]:
+    """What the program that shows bits prints on this machine."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"needs {compiler} (apt install {compiler})")
+    files = write_kernels(folder, [kernels(name) for name in NAMES], real)
+    own = (SOURCES / "bits.c", SOURCES / "host.c")
+    program = folder / "bits"
+    command = [compiler, *STRICT, level, f"-DREAL={real}", "-I", folder, "-I", SOURCES, *files, *own, "-o", program]
+    subprocess.run(command, check=True)
+    return subprocess.run([program], capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+@pytest.fixture(scope="session")
+def host_lines(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Real], list[str]]:
+    """What the program that shows bits prints on this machine, compiled with gcc -O2."""
+
+    @cache
+    def lines(real: Real) -> list[str]:
+        return run_on_host(tmp_path_factory.mktemp("host"), real, "gcc", "-O2")
+
+    return lines

@@ -1,0 +1,72 @@
+"""`kinegen size`: what it says, and what it says where it cannot measure."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from kinegen.cli import main
+
+ROBOT = Path(__file__).parents[2] / "robots" / "scara.yaml"
+
+
+def test_an_unknown_target_lists_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["size", str(ROBOT), "--target", "cortex-m5"])
+    said = capsys.readouterr().err
+
+    assert status == 2
+    assert "unknown target 'cortex-m5'" in said
+    assert "cortex-m0, cortex-m3, cortex-m4f, cortex-m7, cortex-m33, rv32imac, rv32imafc, atmega2560" in said
+
+
+def test_a_missing_compiler_names_its_package(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    status = main(["size", str(ROBOT)])
+
+    assert status == 1
+    assert capsys.readouterr().err == (
+        "error: there is no arm-none-eabi-gcc: install it, on Debian with `apt install gcc-arm-none-eabi`\n"
+    )
+
+
+def test_a_bad_file_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["size", str(tmp_path / "none.yaml")])
+
+    assert status == 1
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+@pytest.mark.boards
+def test_the_table_has_two_rows_for_each_kernel_and_names_the_better(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
+        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    status = main(["size", str(ROBOT), "--outputs", "pose,position"])
+    lines = capsys.readouterr().out.splitlines()
+
+    assert status == 0
+    assert lines[0].endswith("scara.yaml on cortex-m4f: Cortex-M4F, FPU for float")
+    assert lines[2].split()[-2:] == ["instructions", "operations"]
+    assert [line.split()[0] for line in lines[3:]] == ["pose", "-O2", "position", "-O2"]
+    assert sum("better" in line for line in lines) == 2
+
+
+@pytest.mark.boards
+def test_the_document_holds_everything(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which("avr-gcc") is None or shutil.which("simavr") is None:
+        pytest.skip("needs avr-gcc and simavr")
+    status = main(["size", str(ROBOT), "--target", "atmega2560", "--real", "both", "--outputs", "position", "--json"])
+    document = json.loads(capsys.readouterr().out)
+
+    assert status == 0
+    assert document["robot"] == "scara"
+    assert [(cost["real"], cost["optimisation"], cost["unit"]) for cost in document["costs"]] == [
+        ("float", "-Os", "cycles"),
+        ("float", "-O2", "cycles"),
+    ]
+    assert all(0 < cost["calls"]["least"] <= cost["calls"]["most"] for cost in document["costs"])
+    assert document["costs"][0]["operations"]["sine_cosines"] == 2
