@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ def run(robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = (
     exec(compile(text, "_numpy.py", "exec"), namespace)  # noqa: S102 - our own output
     formula: Callable[..., Any] = namespace[program.quantity.function]
     names = [parameter.name for parameter in robot.runtime_parameters]
-    arguments = [SimpleNamespace(**dict(zip(names, map(float, defaults), strict=True)))] if names else []
+    arguments = [namedtuple("Params", names)(*map(float, defaults))] if names else []  # noqa: PYI024 - made at run time
     rows = formula(q.T, *arguments)
     return np.stack([np.broadcast_to(row, (len(q),)) for row in rows], axis=1)
 

@@ -32,6 +32,7 @@ class Formula:
         body: Statements.
         results: Lines of the returned tuple.
         unused: Arguments that the body does not read.
+        reads_parameters: Whether it reads runtime parameters.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Formula:
     body: tuple[str, ...]
     results: tuple[str, ...]
     unused: tuple[str, ...]
+    reads_parameters: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,13 +78,16 @@ def _formula(program: Program, parameters: bool) -> Formula:
     body = _lines(program)
     results = _wrapped([_operand(operand) for operand in program.outputs])
     text = "\n".join((*body, *results))
-    arguments = (("q", "q[", True), ("params", "params.", parameters))
+    reads_parameters = "params." in text
+    unused = ["q"] if "q[" not in text and not reads_parameters else []  # q has the number type of the parameters
+    unused += ["params"] if parameters and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
         brief=QUANTITY_TEXT[program.quantity],
         body=body,
         results=results,
-        unused=tuple(name for name, sign, present in arguments if present and sign not in text),
+        unused=tuple(unused),
+        reads_parameters=reads_parameters,
     )
 
 

@@ -1,0 +1,93 @@
+"""Programs written by hand, with every operator and every kind of operand; made without sympy.
+
+Imported by tests, and run as a program by one of them, in a process that cannot import sympy.
+"""
+
+from __future__ import annotations
+
+import sys
+from fractions import Fraction
+
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python.package import emit_package
+from kinegen.emit.reals import Real
+from kinegen.ir.program import (
+    AngleSum,
+    Constant,
+    Operator,
+    Program,
+    RuntimeParameter,
+    Statement,
+    Temporary,
+    Variable,
+)
+from kinegen.outputs import Quantity
+from kinegen.robot.load import loads
+
+ROBOT = loads(
+    """
+kinegen: 1
+name: made_up
+description: A robot whose programs are written by hand
+convention: standard
+units: {length: m, angle: rad}
+parameters:
+  far: {value: 1/2, runtime: true}
+  lambda: {value: 1/4, runtime: true}
+joints:
+  - {name: one, theta: q, d: far, a: lambda, alpha: 0}
+  - {name: two, theta: 0, d: q, a: 0, alpha: 0}
+""",
+    "made_up.yaml",
+)
+DEFAULTS = (Fraction(1, 2), Fraction(1, 4))
+
+ZERO, HALF, THIRD = Constant(Fraction(0)), Constant(Fraction(1, 2)), Constant(Fraction(-1, 3))
+FAR, LAMBDA = RuntimeParameter("far"), RuntimeParameter("lambda")
+
+STATEMENTS = (
+    Statement("q12", Operator.ADD, (Variable(0), Variable(1))),
+    Statement("s1", Operator.SIN, (Variable(0),)),
+    Statement("c1", Operator.COS, (Variable(0),)),
+    Statement("c12", Operator.COS, (Temporary("q12"),)),
+    Statement("t0", Operator.SUB, (Temporary("s1"), HALF)),
+    Statement("t1", Operator.MUL, (Temporary("c1"), THIRD)),
+    Statement("t2", Operator.DIV, (FAR, LAMBDA)),
+    Statement("t3", Operator.NEG, (Temporary("t1"),)),
+    Statement("t4", Operator.MUL, (Temporary("t2"), Temporary("c12"))),
+    Statement("t5", Operator.ADD, (Temporary("t4"), Variable(1))),
+)
+POSITION = Program(
+    quantity=Quantity.POSITION,
+    frames=("tool",),
+    dof=2,
+    parameters=("far", "lambda"),
+    angles=(AngleSum("1", "q1", False), AngleSum("12", "q1 + q2", True)),
+    statements=STATEMENTS,
+    outputs=(Temporary("t0"), Temporary("t3"), Temporary("t5")),
+)
+POSE = Program(
+    quantity=Quantity.POSE,
+    frames=("tool",),
+    dof=2,
+    parameters=("far", "lambda"),
+    angles=(),
+    statements=(),
+    outputs=(ZERO, HALF, THIRD, FAR, Variable(1), *[ZERO] * 7),
+)
+KERNELS = Kernels(ROBOT, (POSE, POSITION), DEFAULTS)
+
+
+def emit() -> dict[str, str]:
+    """Everything that is printed from the programs alone."""
+    files = emit_formula(KERNELS) | emit_package(KERNELS, tuple(Real), "0123456789abcdef")
+    for real in Real:
+        files |= emit_kernel(KERNELS, real) | emit_batch(KERNELS, real)
+    return files
+
+
+if __name__ == "__main__":
+    print(len(emit()), "sympy" in sys.modules)

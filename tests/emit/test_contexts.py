@@ -1,0 +1,190 @@
+"""Each record has exactly what its templates ask for: nothing is missing, and nothing is made for no one."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import jinja2
+import pytest
+from jinja2 import meta, nodes
+
+from kinegen.emit.c import batch, kernel, vectors
+from kinegen.emit.environment import environment
+from kinegen.emit.python import formula, package
+from kinegen.emit.reals import Real
+from tests.emit import emitted
+
+# The templates that are rendered, with the record that each variable is.
+RENDERED: dict[str, dict[str, Any]] = {
+    "c/kernel.h.jinja": {"k": kernel.KernelContext},
+    "c/kernel.c.jinja": {"k": kernel.KernelContext},
+    "c/batch.h.jinja": {"b": batch.BatchContext, "k": kernel.KernelContext},
+    "c/batch.c.jinja": {"b": batch.BatchContext, "k": kernel.KernelContext},
+    "c/vectors.h.jinja": {"k": vectors.VectorContext},
+    "c/selftest.c.jinja": {"k": vectors.VectorContext},
+    "python/__init__.py.jinja": {"k": package.PackageContext},
+    "python/_numpy.py.jinja": {"k": formula.FormulaContext},
+}
+ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
+    kernel.Function: {"f": ("c/kernel.h.jinja", "c/kernel.c.jinja")},
+    batch.BatchFunction: {"f": ("c/batch.h.jinja", "c/batch.c.jinja")},
+    vectors.VectorCheck: {"c": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
+    package.PublicKernel: {"f": ("python/__init__.py.jinja",)},
+    formula.Formula: {"f": ("python/_numpy.py.jinja",)},
+}
+"""The records that templates loop over, and what they call them."""
+
+HANDED_ON = {"kernel", "name"}
+"""Fields for emitters: the record of the scalar kernels, and what a function is called."""
+
+STRINGS = {"prefix", "qualifier"}
+"""Variables besides the records: the sine-cosine templates take them."""
+
+
+@cache
+def tree(template: str) -> nodes.Template:
+    """The syntax tree of a template."""
+    loader = environment().loader
+    assert loader
+    return environment().parse(loader.get_source(environment(), template)[0])
+
+
+def with_includes(template: str) -> Iterator[nodes.Template]:
+    """A template and all that it includes; an include whose name is a variable may be either pair."""
+    yield tree(template)
+    for name in meta.find_referenced_templates(tree(template)):
+        names = [name] if name else [f"c/_sincos_{real}.c.jinja" for real in ("f64", "f32")]
+        for included in names:
+            yield from with_includes(included)
+
+
+def macros(template: str) -> set[str]:
+    """Names of imported macros, which are no variables."""
+    return {
+        name for part in with_includes(template) for found in part.find_all(nodes.FromImport) for name in found.names
+    }
+
+
+def variables(template: str) -> set[str]:
+    """What a template and its includes take from outside."""
+    found = set().union(*(meta.find_undeclared_variables(part) for part in with_includes(template)))
+    arguments = {
+        argument.name for part in with_includes(template) for m in part.find_all(nodes.Macro) for argument in m.args
+    }
+    return found - macros(template) - arguments
+
+
+def attributes(template: str, variable: str) -> set[str]:
+    """The fields of a variable that a template and its includes read."""
+    return {
+        found.attr
+        for part in with_includes(template)
+        for found in part.find_all(nodes.Getattr)
+        if isinstance(found.node, nodes.Name) and found.node.name == variable
+    }
+
+
+def names_of(record: Any) -> set[str]:
+    """The fields of a record."""
+    return {entry.name for entry in dataclasses.fields(record)}
+
+
+def test_every_template_is_rendered_or_included() -> None:
+    rendered = {name for name in environment().list_templates() if name.startswith(("c/", "python/"))}
+    used = {
+        name
+        for template in RENDERED
+        for part in with_includes(template)
+        for name in meta.find_referenced_templates(part)
+    }
+    pairs = {f"c/_sincos_{real}.c.jinja" for real in ("f64", "f32")}
+
+    assert rendered == set(RENDERED) | {name for name in used if name} | pairs
+
+
+@pytest.mark.parametrize("template", RENDERED)
+def test_a_template_takes_what_python_hands_over(template: str) -> None:
+    assert variables(template) <= set(RENDERED[template]) | STRINGS
+
+
+@pytest.mark.parametrize("template", RENDERED)
+def test_every_field_that_a_template_reads_exists(template: str) -> None:
+    for variable, record in RENDERED[template].items():
+        assert attributes(template, variable) <= names_of(record)
+
+
+@pytest.mark.parametrize("record", ITEMS, ids=lambda record: record.__name__)
+def test_templates_read_every_field_of_what_they_loop_over_and_no_other(record: Any) -> None:
+    read = {name for key, templates in ITEMS[record].items() for each in templates for name in attributes(each, key)}
+
+    assert read - HANDED_ON == names_of(record) - HANDED_ON
+
+
+@pytest.mark.parametrize(
+    "record",
+    dict.fromkeys(record for each in RENDERED.values() for record in each.values()),
+    ids=lambda record: record.__name__,
+)
+def test_every_field_of_a_record_is_read_by_some_template_or_emitter(record: Any) -> None:
+    read = {
+        name
+        for template, records in RENDERED.items()
+        for variable, other in records.items()
+        if other is record
+        for name in attributes(template, variable)
+    }
+
+    assert names_of(record) - read - HANDED_ON == set()
+
+
+def test_templates_lay_out_and_do_not_decide() -> None:
+    """No arithmetic, no sorting, no test of a type."""
+    for name in environment().list_templates():
+        forbidden = (nodes.Sub, nodes.Mul, nodes.Div, nodes.FloorDiv, nodes.Mod, nodes.Pow)
+        found = [type(node).__name__ for kind in forbidden for node in tree(name).find_all(kind)]
+        filters = {node.name for node in tree(name).find_all(nodes.Filter)}
+        tests = {node.name for node in tree(name).find_all(nodes.Test)}
+
+        assert found == [], name
+        assert filters <= {"upper", "lower", "length", "indent", "join"}, name
+        assert tests <= {"defined", "none"}, name
+
+
+def test_every_template_says_what_it_needs() -> None:
+    for name in environment().list_templates():
+        loader = environment().loader
+        assert loader
+        text = loader.get_source(environment(), name)[0]
+
+        assert re.match(r"\{#.*?Needs:.*?#\}", text, re.DOTALL), name
+
+
+def test_a_missing_name_is_an_error() -> None:
+    with pytest.raises(jinja2.UndefinedError):
+        environment().from_string("{{ nothing }}").render()
+
+
+@pytest.mark.parametrize("name", ["puma560", "calibrated_2r", "blocks", "hand"])
+def test_no_template_leaves_a_trace_of_itself(name: str) -> None:
+    trace = re.compile(r"\{%|%\}|\{#|#\}|\{\{ | \}\}|Undefined|<generator")
+    for file, text in emitted.texts(name).items():
+        assert trace.search(text) is None, file
+
+
+def test_number_types_differ_only_in_their_type() -> None:
+    """The float files are the double ones with another type, prefix and other digits: nothing else is decided twice."""
+
+    def shape(text: str) -> str:
+        text = text[text.index("\nvoid ") :]
+        text = re.sub(r"(?i)puma560_f32|puma560", "ROBOT", text).replace("double", "REAL").replace("float", "REAL")
+        return re.sub(r"\d+\.\d+(?:e[+-]\d+)?F?", "NUMBER", text)
+
+    files = emitted.texts("puma560")
+
+    assert shape(files[emitted.c_kernels("puma560", Real.DOUBLE)[0]]) == shape(
+        files[emitted.c_kernels("puma560", Real.FLOAT)[0]]
+    )

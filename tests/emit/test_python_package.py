@@ -1,0 +1,283 @@
+"""The generated package: clean under the project's own tools, typed, picklable, and in need of NumPy alone."""
+
+from __future__ import annotations
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kinegen.build import _defaults
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python.package import emit_package
+from kinegen.emit.reals import Real
+from kinegen.ir.lower import lower
+from kinegen.outputs import Quantity
+from kinegen.robot.load import loads
+from kinegen.symbolic.derive import derive
+from tests.emit.emitted import NAMES, ROOT, kernels, robot, texts
+
+ODD = (
+    """
+kinegen: 1
+name: odd
+description: >-
+  Ends in a quote "{filler} a backslash \\\\ and a very long description that no line of a hundred and twenty characters
+  could ever hold, since it says """
+    """twice what everybody knows, and then again, just to be sure of it ...
+convention: standard
+units: {{length: mm, angle: deg}}
+parameters:
+  count: {{value: 12.5, runtime: true}}
+  index: {{value: 3, runtime: true}}
+  lambda: {{value: 7, runtime: true}}
+  class_1: {{value: 1, runtime: true}}
+joints:
+  - {{name: lambda_1, theta: q, d: lambda, a: count, alpha: 90}}
+  - {{name: print, theta: q, d: index, a: class_1, alpha: 0, limits: [-10, 10]}}
+"""
+)
+
+BLOCKED = """
+import sys
+
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {"cffi", "sympy", "kinegen", "mpmath", "jinja2", "yaml", "click", "scipy"}:
+            raise ImportError(name + " is not there")
+
+sys.meta_path.insert(0, Block())
+sys.path.insert(0, sys.argv[1])
+"""
+
+
+def python(code: str, *arguments: str | Path) -> str:
+    """Run Python apart from this checkout, with warnings as errors."""
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    command = [sys.executable, "-W", "error", "-B", "-c", code, *arguments]
+    done = subprocess.run(command, cwd="/", env=environment, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def odd(**changes: str) -> dict[str, str]:
+    """The Python files of a robot that uses every freedom of the format, built for double alone."""
+    text = ODD.format(filler='""""')
+    for before, after in changes.items():
+        text = text.replace(before, after)
+    arm = loads(text, "odd.yaml")
+    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), _defaults(arm))
+    return emit_formula(given) | emit_package(given, (Real.DOUBLE,), "0123456789abcdef")
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder `generated` with several packages, under the project's configuration."""
+    root = tmp_path_factory.mktemp("checkout")
+    shutil.copy(ROOT / "pyproject.toml", root)
+    packages = {name: texts(name) for name in NAMES} | {"odd": odd()}
+    for name, files in packages.items():
+        (root / "generated" / name).mkdir(parents=True)
+        for file, text in files.items():
+            (root / "generated" / name / file).write_text(text, encoding="utf-8", newline="\n")
+    return root / "generated"
+
+
+# D301: quotes and backslashes of an odd description are escaped, which reads no worse than a raw string.
+@pytest.mark.parametrize("command", [["check", "--extend-ignore=D301"], ["format", "--diff"]])
+def test_generated_modules_are_clean_under_ruff(command: list[str], generated: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "ruff", *command, "--no-cache", "generated"],
+        cwd=generated.parent,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_generated_modules_are_strictly_typed(generated: Path, tmp_path: Path) -> None:
+    """And so is code that uses them; what they offer is not Any."""
+    user = generated.parent / "user.py"
+    user.write_text(
+        """
+from typing import Any, assert_type
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hand
+import calibrated_2r
+
+q = np.zeros((5, calibrated_2r.DOF))
+assert_type(calibrated_2r.fk(q, params=calibrated_2r.Params(L1=0.5), threads=2), NDArray[np.floating[Any]])
+assert_type(calibrated_2r.LIMITS, tuple[tuple[float, float] | None, ...])
+assert_type(hand.TIPS, tuple[str, ...])
+assert_type(hand.DOF, int)
+names: tuple[str, ...] = hand.JOINTS + hand.FRAMES
+""",
+        encoding="utf-8",
+    )
+    options = ["--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "generated"), "--config-file", os.devnull]
+    packages = [generated / name for name in ("hand", "calibrated_2r", "blocks")]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *options, user, *packages],
+        cwd=generated.parent,
+        env=os.environ | {"MYPYPATH": str(generated)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("arm", [*NAMES, "odd"])
+def test_a_package_needs_numpy_alone(arm: str, generated: Path) -> None:
+    """Imported from anywhere, in a process where nothing else can be."""
+    code = f"{BLOCKED}\nimport {arm} as arm, numpy\nprint(arm.fk(numpy.zeros((3, arm.DOF))).shape, arm.backend)"
+    tips = f"{len(robot(arm).tips)}, " if arm != "odd" and robot(arm).is_tree else ""
+
+    assert python(code, generated) == f"(3, {tips}4, 4) numpy\n"
+
+
+def test_importing_a_package_imports_little(generated: Path) -> None:
+    """Nothing of the standard library that takes long to import, beyond what NumPy takes."""
+    code = "import sys, numpy\nbefore = set(sys.modules)\nsys.path.insert(0, sys.argv[1])\nimport puma560\n"
+    code += "print(*sorted({name.split('.')[0] for name in set(sys.modules) - before}))"
+    heavy = {"asyncio", "multiprocessing", "email", "http", "xml", "unittest", "importlib_metadata", "cffi", "inspect"}
+
+    assert set(python(code, generated).split()) & heavy == set()
+
+
+def test_kernels_pickle_by_name_and_copy(generated: Path) -> None:
+    code = """
+import copy, pickle, sys
+sys.path.insert(0, sys.argv[1])
+import calibrated_2r as arm
+for thing in (arm.fk, arm.frames, arm.position, arm.Params(1.0, 2.0)):
+    again = pickle.loads(pickle.dumps(thing))
+    assert again == thing and type(again) is type(thing)
+assert pickle.loads(pickle.dumps(arm.fk)) is arm.fk is copy.deepcopy(arm.fk)
+print(pickle.dumps(arm.fk).count(b"calibrated_2r"))
+"""
+
+    assert int(python(code, generated)) == 1
+
+
+@pytest.mark.parametrize("arm", ["puma560", "blocks"])
+def test_the_example_of_the_docstring_runs(arm: str, generated: Path) -> None:
+    code = """
+import doctest, importlib, sys
+sys.path.insert(0, sys.argv[1])
+module = importlib.import_module(sys.argv[2])
+result = doctest.testmod(module)
+print(result.attempted, result.failed)
+"""
+
+    assert python(code, generated, arm) == "3 0\n"
+
+
+@pytest.mark.parametrize("arm", NAMES)
+def test_all_names_what_is_public(arm: str) -> None:
+    """Every name in `__all__` exists; every other one begins with an underscore or is the `annotations` import."""
+    tree = ast.parse(texts(arm)["__init__.py"])
+    defined: set[str] = set()
+    exported: list[str] = []
+    for node in tree.body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            defined.add(node.target.id)
+        elif isinstance(node, ast.ClassDef):
+            defined.add(node.name)
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            if node.targets[0].id == "__all__":
+                exported = ast.literal_eval(node.value)
+            defined.add(node.targets[0].id)
+    expected = {name for name in defined if not name.startswith("_")}
+
+    assert set(exported) == expected
+    assert len(exported) == len(set(exported))
+    assert ("Params" in exported) == bool(robot(arm).runtime_parameters)
+    assert ("TIPS" in exported) == robot(arm).is_tree
+
+
+def test_the_docstring_of_a_package_says_what_a_user_asks() -> None:
+    text = ast.get_docstring(ast.parse(texts("calibrated_2r")["__init__.py"]))
+
+    assert text
+    assert text.splitlines()[0] == "Forward kinematics of calibrated_2r."
+    assert "Planar arm with two joints, calibrated" in text
+    assert "angles in rad and lengths in m" in text
+    assert "q[0]  joint_1  revolute   rad  -2.96706 to 2.96706" in text
+
+
+@pytest.mark.parametrize("arm", ["puma560", "hand", "calibrated_2r"])
+def test_the_frames_and_tips_of_a_package_are_the_robots(arm: str, generated: Path) -> None:
+    names = python(
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        f"import {arm} as arm; print(arm.FRAMES, arm.JOINTS, getattr(arm, 'TIPS', None), sep='|')",
+        generated,
+    )
+    found = [ast.literal_eval(part) for part in names.split("|")]
+    given = robot(arm)
+
+    assert found[0] == given.frame_names
+    assert found[1] == tuple(variable.name for variable in given.variables)
+    assert found[2] == (given.tips if given.is_tree else None)
+
+
+def test_the_array_handling_is_the_same_file_in_every_package() -> None:
+    """After the banner, word for word what kinegen/native/kernel.py holds."""
+    original = (ROOT / "kinegen" / "native" / "kernel.py").read_text(encoding="utf-8")
+
+    assert {texts(name)["_kernel.py"].split("\n", 2)[2] for name in NAMES} == {original}
+
+
+def test_the_numpy_form_of_a_bad_angle_is_nan_as_in_c(generated: Path) -> None:
+    code = """
+import sys, numpy as np
+sys.path.insert(0, sys.argv[1])
+import puma560 as arm
+q = np.zeros((4, 6))
+q[1, 0], q[2, 0], q[3, 0] = np.nan, np.inf, 1.01e5
+found = arm.position(q)
+assert np.isfinite(found[0]).all() and np.isnan(found[1:, :2]).all() and np.isfinite(found[:, 2]).all()
+single = arm.position(np.array([[12000.0] + [0] * 5, [12100.0] + [0] * 5], np.float32))
+assert single.dtype == np.float32 and np.isfinite(single[0]).all() and np.isnan(single[1, :2]).all()
+"""
+
+    python(code, generated)
+
+
+def test_dividing_by_a_runtime_parameter_that_is_zero_is_as_in_c(tmp_path: Path) -> None:
+    """An infinity or a NaN in the poses, not an exception."""
+    (tmp_path / "odd").mkdir()
+    for file, text in odd(**{"a: class_1": "a: class_1/lambda"}).items():
+        (tmp_path / "odd" / file).write_text(text, encoding="utf-8")
+    code = """
+import sys, numpy as np
+sys.path.insert(0, sys.argv[1])
+import odd as arm
+for real in (np.float64, np.float32):
+    found = arm.position(np.zeros((2, 2), real), params=arm.Params(lambda_=0.0))
+    assert found.dtype == real and np.isinf(found[:, 0]).all(), found
+"""
+
+    python(code, tmp_path)
+
+
+def test_counts_in_the_docstrings_are_those_of_the_program() -> None:
+    given = kernels("puma560")
+    text = texts("puma560")["__init__.py"]
+
+    for program in given.programs:
+        multiplications = sum(statement.operator.value == "mul" for statement in program.statements)
+
+        assert f"    {multiplications} multiplications, " in text
