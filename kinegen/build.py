@@ -21,6 +21,8 @@ from pathlib import Path
 
 from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.packages.ecosystem import Ecosystem
+from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError
 from kinegen.ir.lower import lower, runtime_defaults
@@ -51,6 +53,8 @@ class BuildOptions:
         quantities: Kinematic quantities.
         compile: Whether to build the compiled extension.
         flags: How to compile it.
+        package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
+            of the Python package.
     """
 
     output: Path = Path("generated")
@@ -58,6 +62,7 @@ class BuildOptions:
     quantities: tuple[Quantity, ...] = tuple(Quantity)
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
+    package: Ecosystem | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +155,10 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("emit") as detail:
         kernels = Kernels(robot, programs, runtime_defaults(robot))
         emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
-        detail.append(f"{len(emitted.files)} files")
+        project = None
+        if options.package is not None:
+            project = emit_project(kernels, emitted.files, options.reals, options.package)
+        detail.append(f"{len(emitted.files if project is None else project)} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
@@ -159,14 +167,15 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         proof, backend = prove_package(robot, contents, options.quantities, tuple(map(str, options.reals)))
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
     with clock.stage("write") as detail:
-        written = write_files(options.output / robot.name, contents, _stale(emitted))
+        folder = options.output / robot.name
+        written = write_files(folder, project or contents, _stale_below(folder) if project else _stale(emitted))
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,
         counts={program.quantity: count(program) for program in programs},
         plain=plain_count,
         angles=_angles(programs),
-        folder=options.output / robot.name,
+        folder=folder,
         written=written,
         proof=proof,
         backend=backend,
@@ -214,6 +223,14 @@ def _stale(emitted: Emitted) -> Callable[[Path], bool]:
         return is_generated(path) and not (path.name == EXTENSION and emitted.stamp.encode() in path.read_bytes())
 
     return stale
+
+
+def _stale_below(folder: Path) -> Callable[[Path], bool]:
+    """Which files of an earlier firmware package go: ours in the folders below, where all there is may be compiled.
+
+    What lies in the folder itself may be another package of the same robot.
+    """
+    return lambda path: path.parent != folder and is_generated(path)
 
 
 def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:

@@ -10,6 +10,7 @@ import click
 
 from kinegen import __version__
 from kinegen.cli.terminal import complain, say, strong
+from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError
 from kinegen.outputs import Quantity
 
@@ -36,11 +37,9 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     "--output",
     metavar="DIR",
     type=click.Path(path_type=Path),
-    default=Path("generated"),
-    show_default=True,
-    help="Folder in which each robot gets a folder of its name.",
+    help="Folder in which each robot gets a folder of its name.  [default: generated]",
 )
-@click.option("--real", type=click.Choice(tuple(REALS)), default="both", show_default=True, help="Number types.")
+@click.option("--real", type=click.Choice(tuple(REALS)), help="Number types.  [default: both]")
 @click.option(
     "--outputs",
     metavar="LIST",
@@ -48,6 +47,13 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     show_default=True,
     callback=quantities_of,
     help="What is computed: pose of the tips, frames of all links, position of the tips.",
+)
+@click.option(
+    "--package",
+    type=click.Choice([each.value for each in Ecosystem]),
+    help="Write C as such a project takes it, in place of a Python package. Unless -o and --real say otherwise, "
+    "it goes to "
+    f"{', '.join(each.folder for each in Ecosystem)} in this order, with float alone but for cmake.",
 )
 @click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
 @click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
@@ -60,9 +66,10 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
 def command(
     context: click.Context,
     files: tuple[Path, ...],
-    output: Path,
-    real: str,
+    output: Path | None,
+    real: str | None,
     outputs: tuple[Quantity, ...],
+    package: str | None,
     no_compile: bool,
     march: str | None,
     portable: bool,
@@ -71,8 +78,9 @@ def command(
 ) -> int:
     """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
 
-    The folder DIR/NAME gets NAME.h, NAME.c and their companions, and is a Python package. The exit status is 0 only if
-    every proof holds; a build that fails leaves the earlier output as it was.
+    The folder DIR/NAME gets NAME.h, NAME.c and their companions, and is a Python package, or with --package what
+    another kind of project takes as it is. The exit status is 0 only if every proof holds; a build that fails leaves
+    the earlier output as it was.
     """
     from kinegen.build import BuildOptions
     from kinegen.emit.reals import Real
@@ -80,10 +88,13 @@ def command(
 
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
+    ecosystem = Ecosystem(package) if package else None
+    usual = ecosystem.reals if ecosystem else tuple(Real)
     options = BuildOptions(
-        output=output,
-        reals=tuple(Real(name) for name in REALS[real]),
+        output=output or Path(ecosystem.folder if ecosystem else "generated"),
+        reals=tuple(Real(name) for name in REALS[real]) if real else usual,
         quantities=outputs,
+        package=ecosystem,
         compile=not no_compile,
         flags=Flags(march or "native", portable=portable, contraction=not reproducible),
     )
