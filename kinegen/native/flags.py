@@ -15,6 +15,10 @@ _ARM = ("aarch64", "arm64")
 # them. A batch is nothing but wide arithmetic: it gains a fifth on a Zen 4 (91 against 75 million poses a second).
 _WIDE = ("-mprefer-vector-width=512",)
 
+# gcc 12 fuses a product into a sum and a difference side by side even without contraction, when it makes vectors out of
+# straight code (`vfmaddsub`). Batch kernels compute in loops, which it leaves as they are.
+_STRAIGHT = ("-fno-tree-slp-vectorize",)
+
 
 @dataclass(frozen=True, slots=True)
 class Variant:
@@ -89,9 +93,10 @@ class Flags:
         Args:
             batch: Whether they are for batch kernels; a variant adds its own.
         """
+        straight = _STRAIGHT if not self.contraction and not batch else ()
         wide = _WIDE if batch and self.march is not None and not self.portable and _machine() in _X86 else ()
         contraction = f"-ffp-contract={'fast' if self.contraction else 'off'}"
-        return ("-std=c99", f"-O{self.optimisation}", contraction, *self._target(), *wide, *self.extra)
+        return ("-std=c99", f"-O{self.optimisation}", contraction, *straight, *self._target(), *wide, *self.extra)
 
     def _target(self) -> tuple[str, ...]:
         if self.portable:
