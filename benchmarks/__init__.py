@@ -1,0 +1,1 @@
+"""Measurements of kinegen; each prints what it finds on this machine."""

@@ -1,0 +1,234 @@
+"""The C loops that ratios are taken against: the floor, the closed form with libm, the plain product, bare memory.
+
+Each is a complete C file with one function `loop(n, q, out)`; q is row-major (n, dof), and joint-major (dof, n) for the
+floor. The floor and the memory loop say what the machine allows; the other two are what people write by hand.
+"""
+
+from __future__ import annotations
+
+import re
+
+import sympy as sp
+
+from benchmarks.speed.arm import Arm
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.statements import CPrinter
+from kinegen.emit.environment import environment
+from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS
+from kinegen.ir.program import Operand, Operator, Program, Statement, Temporary
+
+_OPERATION = re.compile(r"= \S+ [-+*] \S+;")
+
+
+def kernel_text(arm: Arm, real: Real) -> dict[str, str]:
+    """The emitted scalar and batch kernels by file name."""
+    return emit_kernel(arm.kernels, real) | emit_batch(arm.kernels, real)
+
+
+def sincos_text(real: Real) -> str:
+    """The emitted sine-cosine pair, as `own_sincos`."""
+    template = environment().get_template(SINCOS[real].template)
+    return template.render(prefix="own", qualifier="static inline")
+
+
+def sincos_operations(real: Real) -> int:
+    """Additions, subtractions and multiplications of one sine-cosine pair."""
+    return len(_OPERATION.findall(sincos_text(real)))
+
+
+def floor_text(arm: Arm, real: Real) -> str:
+    """The sine-cosine pairs that the pose needs, and their sum: the least that any kernel with this routine does."""
+    printer = CPrinter(real, "own_sincos", variable="q[{} * n + i]")
+    before, angles = _angles(arm.program)
+    lines = [f"const {real} {each.name} = {_operation(printer, each)};" for each in before]
+    terms = []
+    for number, angle in enumerate(angles):
+        lines += [f"{real} s{number}_, c{number}_;", f"own_sincos({printer.operand(angle)}, &s{number}_, &c{number}_);"]
+        terms += [f"s{number}_", f"c{number}_"]
+    body = "\n        ".join([*lines, f"out[i] = {' + '.join(terms)};"])
+    return f"""#include <stddef.h>
+
+{sincos_text(real)}
+void loop(size_t n, const {real} *restrict q, {real} *restrict out)
+{{
+    for (size_t i = 0; i < n; i++) {{
+        {body}
+    }}
+}}
+"""
+
+
+def closed_form_text(arm: Arm, real: Real) -> str:
+    """The same closed form as the kernels, one configuration after the other, with the sine and cosine of libm."""
+    suffix = "f" if real is Real.FLOAT else ""
+    places = [f"t[{row}]" for row in range(12)]
+    body = "\n    ".join(CPrinter(real, "libm_sincos").lines(arm.program, places))
+    return f"""#include <math.h>
+#include <stddef.h>
+
+/* Written as people write it; gcc makes one call of the two. */
+static inline void libm_sincos({real} x, {real} *s, {real} *c)
+{{
+    *s = sin{suffix}(x);
+    *c = cos{suffix}(x);
+}}
+
+static inline void pose(const {real} *restrict q, {real} *restrict t)
+{{
+    {body}
+}}
+{_LOOP.format(real=real, dof=arm.dof)}"""
+
+
+def plain_text(arm: Arm, real: Real) -> str:
+    """Link matrices from a table, multiplied one after the other, as every first program does it."""
+    suffix = "f" if real is Real.FLOAT else ""
+    rows = []
+    for link in arm.links:
+        numbers = (link.theta, sp.cos(link.alpha), sp.sin(link.alpha), link.a, link.d)
+        rows.append("{" + ", ".join(f"{float(number)!r}{suffix}" for number in numbers) + f", {_joint(link.joint)}}}")
+    form = _STANDARD if arm.links[0].standard else _MODIFIED
+    return _PLAIN.format(real=real, f=suffix, count=len(rows), table=",\n    ".join(rows), form=form) + _LOOP.format(
+        real=real, dof=arm.dof
+    )
+
+
+def memory_text(arm: Arm, real: Real) -> str:
+    """Reads every joint vector and writes every matrix, and computes nothing."""
+    copies = "\n    ".join(f"t[{row}] = q[{row % arm.dof}];" for row in range(12))
+    return f"""#include <stddef.h>
+
+static inline void pose(const {real} *restrict q, {real} *restrict t)
+{{
+    {copies}
+}}
+{_LOOP.format(real=real, dof=arm.dof)}"""
+
+
+def peak_text(real: Real) -> str:
+    """Products with additions in registers alone: 16 independent chains of 64 bytes, n rounds."""
+    chains = range(16)
+    start = "\n    ".join(f"vector v{k} = one * ({real}){k} + out[0];" for k in chains)
+    step = "\n        ".join(f"v{k} = v{k} * a + b;" for k in chains)
+    return f"""#include <stddef.h>
+
+typedef {real} vector __attribute__((vector_size(64)));
+
+void loop(size_t n, const {real} *restrict q, {real} *restrict out)
+{{
+    const vector one = (vector){{0}} + ({real})1;
+    const vector a = one * q[0], b = one * q[1];
+    {start}
+    for (size_t i = 0; i < n; i++) {{
+        {step}
+    }}
+    const vector sum = {" + ".join(f"v{k}" for k in chains)};
+    out[0] = sum[0];
+}}
+"""
+
+
+PEAK_OPERATIONS = {Real.DOUBLE: 16 * 8 * 2, Real.FLOAT: 16 * 16 * 2}
+"""Operations of one round of the peak loop; a product with an addition counts as two."""
+
+
+def operations(program: Program, real: Real) -> int:
+    """Additions and multiplications of one pose, those in the sines and cosines included."""
+    _, angles = _angles(program)
+    plain = (Operator.ADD, Operator.SUB, Operator.MUL)
+    return sum(each.operator in plain for each in program.statements) + len(angles) * sincos_operations(real)
+
+
+def floor_operations(program: Program, real: Real) -> int:
+    """The same of the floor."""
+    before, angles = _angles(program)
+    return len(before) + len(angles) * (sincos_operations(real) + 2) - 1
+
+
+def _angles(program: Program) -> tuple[list[Statement], list[Operand]]:
+    """The angles whose sines and cosines are taken, and the statements that compute them."""
+    trigonometric = (Operator.SIN, Operator.COS)
+    angles = list(dict.fromkeys(each.operands[0] for each in program.statements if each.operator in trigonometric))
+    needed = {angle.name for angle in angles if isinstance(angle, Temporary)}
+    before: list[Statement] = []
+    for each in reversed(program.statements):
+        if each.name in needed:
+            before.insert(0, each)
+            needed |= {operand.name for operand in each.operands if isinstance(operand, Temporary)}
+    return before, angles
+
+
+def _operation(printer: CPrinter, statement: Statement) -> str:
+    signs = {Operator.ADD: " + ", Operator.SUB: " - ", Operator.MUL: " * ", Operator.NEG: "-"}
+    operands = [printer.operand(operand) for operand in statement.operands]
+    sign = signs[statement.operator]
+    return f"-{operands[0]}" if statement.operator is Operator.NEG else sign.join(operands)
+
+
+def _joint(joint: int | None) -> str:
+    return "-1" if joint is None else str(joint)
+
+
+_LOOP = """
+void loop(size_t n, const {real} *restrict q, {real} *restrict out)
+{{
+    for (size_t i = 0; i < n; i++) {{
+        pose(q + {dof} * i, out + 16 * i);
+        out[16 * i + 12] = 0;
+        out[16 * i + 13] = 0;
+        out[16 * i + 14] = 0;
+        out[16 * i + 15] = 1;
+    }}
+}}
+"""
+
+_STANDARD = """{{c, -s * r->ca, s * r->sa, r->a * c},
+                             {s, c * r->ca, -c * r->sa, r->a * s},
+                             {0, r->sa, r->ca, r->d},
+                             {0, 0, 0, 1}}"""
+
+_MODIFIED = """{{c, -s, 0, r->a},
+                             {s * r->ca, c * r->ca, -r->sa, -r->sa * r->d},
+                             {s * r->sa, c * r->sa, r->ca, r->ca * r->d},
+                             {0, 0, 0, 1}}"""
+
+_PLAIN = """#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+typedef struct {{ {real} theta, ca, sa, a, d; int joint; }} row;
+
+static const row table[{count}] = {{
+    {table}
+}};
+
+static inline void multiply(const {real} left[4][4], const {real} right[4][4], {real} product[4][4])
+{{
+    for (int i = 0; i < 4; i++) {{
+        for (int j = 0; j < 4; j++) {{
+            {real} sum = 0;
+            for (int k = 0; k < 4; k++) {{
+                sum += left[i][k] * right[k][j];
+            }}
+            product[i][j] = sum;
+        }}
+    }}
+}}
+
+static inline void pose(const {real} *restrict q, {real} *restrict t)
+{{
+    {real} pose[4][4] = {{{{1, 0, 0, 0}}, {{0, 1, 0, 0}}, {{0, 0, 1, 0}}, {{0, 0, 0, 1}}}};
+    for (int link = 0; link < {count}; link++) {{
+        const row *const r = &table[link];
+        const {real} theta = r->theta + ((r->joint < 0) ? 0 : q[r->joint]);
+        const {real} c = cos{f}(theta), s = sin{f}(theta);
+        const {real} matrix[4][4] = {form};
+        {real} product[4][4];
+        multiply(pose, matrix, product);
+        memcpy(pose, product, sizeof pose);
+    }}
+    memcpy(t, pose, sizeof pose);
+}}
+"""

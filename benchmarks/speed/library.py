@@ -1,0 +1,136 @@
+"""C text to a function: compiled with given flags into a shared library, called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from benchmarks.speed.arm import Array
+from kinegen.emit.reals import Real
+from kinegen.naming import c_file, function
+from kinegen.native.compiler import Compiler, find_compiler
+from kinegen.native.flags import Flags
+
+LIBM_FLAGS = ("-O3", "-march=native")
+"""How the loops that people write by hand are compiled."""
+
+LAYOUTS = {"4x4": 0, "3x4": 1, "joint-major": 2}
+"""The layouts of a result, as the batch kernels number them."""
+
+Run = Callable[[], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """A way of compiling.
+
+    Attributes:
+        label: What the rows of a table call it.
+        compiler: The compiler.
+        flags: Its flags.
+    """
+
+    label: str
+    compiler: Compiler
+    flags: tuple[str, ...]
+
+    @property
+    def version(self) -> str:
+        """Name and number of the compiler, which may be installed as cc."""
+        told = self.compiler.version
+        number = re.search(r"\d+\.\d+\.\d+", told.partition("\n")[0])
+        name = "clang" if "clang" in told else "gcc" if "Free Software" in told else self.compiler.command[0]
+        return f"{name} {number[0]}" if number else name
+
+    def library(self, sources: Mapping[str, str], libraries: tuple[str, ...] = ()) -> ctypes.CDLL:
+        """Compile C files and load the result.
+
+        Args:
+            sources: C text by file name.
+            libraries: Flags that name further libraries, such as -lm.
+
+        Returns:
+            The library, already unlinked from the disk.
+        """
+        folder = Path(tempfile.mkdtemp(prefix="kinegen-bench-"))
+        try:
+            for name, text in sources.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            names = tuple(name for name in sources if name.endswith(".c"))
+            arguments = (*self.flags, "-fPIC", "-shared", "-o", "library.so", *names, *libraries)
+            self.compiler.run(folder, arguments, ", ".join(names))
+            return ctypes.CDLL(str(folder / "library.so"))
+        finally:
+            shutil.rmtree(folder)
+
+
+def default_build() -> Build:
+    """How the package is compiled, and with it the floor."""
+    return Build("kernel", find_compiler(), Flags().arguments())
+
+
+def libm_build() -> Build:
+    """How the loops with libm are compiled."""
+    return Build("libm", find_compiler(), LIBM_FLAGS)
+
+
+def loop(build: Build, text: str, q: Array, out: Array, count: int) -> Run:
+    """A call of the `loop` of one C file.
+
+    Args:
+        build: How it is compiled.
+        text: The file.
+        q: Joint values.
+        out: Room for the results.
+        count: Its n.
+
+    Returns:
+        A function without arguments; it keeps the arrays alive.
+    """
+    call = build.library({"loop.c": text}, ("-lm",)).loop
+    call.argtypes, call.restype = (ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p), None
+
+    return partial(call, count, *_addresses(q, out))
+
+
+def kernel(library: ctypes.CDLL, robot: str, real: Real, layout: str, q: Array, out: Array) -> Run:
+    """A call of a batch kernel.
+
+    Args:
+        library: Holds the kernel.
+        robot: Name of the robot.
+        real: Its number type.
+        layout: One of `LAYOUTS`.
+        q: Joint values (N, dof), or (dof, N) for the joint-major layout; contiguous.
+        out: Room for the result.
+
+    Returns:
+        A function without arguments; it keeps the arrays alive.
+    """
+    call = library[function(robot, "fk", real, batch=True)]
+    size, pointer, stride = ctypes.c_size_t, ctypes.c_void_p, ctypes.c_ssize_t
+    call.argtypes, call.restype = (size, pointer, stride, stride, pointer, stride, ctypes.c_int), None
+    number = LAYOUTS[layout]
+    count = q.shape[1] if number == 2 else q.shape[0]
+    steps = (1, count) if number == 2 else (q.shape[1], 1)
+    stride_out = (16, 12, count)[number]
+
+    address_q, address_out = _addresses(q, out)
+    return partial(call, count, address_q, *steps, address_out, stride_out, number)
+
+
+def kernel_library(build: Build, sources: Mapping[str, str], robot: str, real: Real) -> ctypes.CDLL:
+    """Compile the batch kernels alone, as the package has them."""
+    names = (c_file(robot, "h", real), *(c_file(robot, kind, real, batch=True) for kind in "hc"))
+    return build.library({name: sources[name] for name in names})
+
+
+def _addresses(*arrays: Array) -> list[ctypes.c_void_p]:
+    """Where arrays begin; each pointer keeps its array alive."""
+    return [array.ctypes.data_as(ctypes.c_void_p) for array in arrays]

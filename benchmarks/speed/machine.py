@@ -1,0 +1,88 @@
+"""What the numbers were measured on, in words, and the core that the process keeps to."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+import numpy as np
+
+
+def pin(core: int | None = None) -> tuple[int, ...]:
+    """Keep this process, and the threads that it will start, to one core.
+
+    Args:
+        core: Its number; by default the last one that the process may use, since the first serves most interrupts.
+
+    Returns:
+        All the cores that it could use before, the one that it keeps to standing first.
+    """
+    if not hasattr(os, "sched_getaffinity"):
+        return (0,)
+    cores = sorted(os.sched_getaffinity(0))
+    kept = cores[-1] if core is None else core
+    os.sched_setaffinity(0, {kept})
+    return (kept, *(other for other in cores if other != kept))
+
+
+def describe(cores: tuple[int, ...]) -> dict[str, str]:
+    """The machine, as far as it matters to the numbers and says nothing about its owner."""
+    return {
+        "processor": processor_name(),
+        "cores": f"{len(cores)}, one of them used where a row says one thread",
+        "caches": _caches(cores[0]),
+        "system": f"{platform.system()} {platform.machine()}, {' '.join(platform.libc_ver())}",
+        "python": f"{platform.python_implementation()} {platform.python_version()}, NumPy {np.__version__}",
+        "huge_pages": _huge_pages(),
+    }
+
+
+def processor_name() -> str:
+    """The model of the processor and its widest vectors."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    fields = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
+    name = fields.get("model name", platform.machine())
+    family = f" (family {fields['cpu family']}, model {fields['model']})" if "cpu family" in fields else ""
+    flags = fields.get("flags", fields.get("Features", "")).split()
+    widest = next((f", {text}" for flag, text in _VECTORS.items() if flag in flags), "")
+    return f"{name}{family}{widest}"
+
+
+def load() -> float:
+    """Jobs that wanted to run during the last minute, on average; this one counts too."""
+    return os.getloadavg()[0]
+
+
+def waited() -> float:
+    """Seconds that the threads of this process have waited for a core so far; 0 where the system does not tell."""
+    total = 0
+    for task in Path("/proc/self/task").glob("*"):
+        try:
+            total += int((task / "schedstat").read_text().split()[1])
+        except (OSError, IndexError):
+            continue
+    return total * 1e-9
+
+
+_VECTORS = {"avx512f": "AVX-512", "avx2": "AVX2", "sve": "SVE", "asimd": "NEON"}
+
+
+def _caches(core: int) -> str:
+    found = []
+    for folder in sorted(Path(f"/sys/devices/system/cpu/cpu{core}/cache").glob("index*")):
+        level, kind, size = ((folder / name).read_text().strip() for name in ("level", "type", "size"))
+        if kind != "Instruction":
+            found.append(f"L{level} {size.removesuffix('K')} KiB")
+    return ", ".join(found) or "unknown"
+
+
+def _huge_pages() -> str:
+    try:
+        text = Path("/sys/kernel/mm/transparent_hugepage/enabled").read_text(encoding="utf-8")
+    except OSError:
+        return "unknown"
+    return text.partition("[")[2].partition("]")[0] or "unknown"

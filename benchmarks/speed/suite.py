@@ -1,0 +1,111 @@
+"""All benchmarks in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.speed import clock, machine
+from benchmarks.speed.against import batches
+from benchmarks.speed.arm import Arm, load_arm
+from benchmarks.speed.c_text import floor_operations, operations
+from benchmarks.speed.calls import single, threads
+from benchmarks.speed.instructions import count
+from benchmarks.speed.kernels import builds, peak, shares, sizes
+from benchmarks.speed.peers import Absent, Peer, load_peers
+from benchmarks.speed.rows import Results, Row, on_processor
+from kinegen.emit.reals import Real
+
+ASKED = "puma560"
+"""The robot for which figures are asked; threads, sizes and builds are measured with it alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """A run of the benchmarks.
+
+    Attributes:
+        folder: Where packages are built.
+        cores: The processors, the one that the process is pinned to standing first.
+        poses: Configurations in a batch.
+        turns: Turns of each measurement.
+        say: Told what is being measured.
+    """
+
+    folder: Path
+    cores: tuple[int, ...]
+    poses: int
+    turns: int
+    say: Callable[[str], None]
+
+    def run(self, robots: Sequence[str], parts: Sequence[str]) -> Results:
+        """Measure.
+
+        Args:
+            robots: Names of files in robots/.
+            parts: What to measure.
+
+        Returns:
+            The results.
+        """
+        before = machine.load()
+        rows: list[Row] = []
+        absent: list[tuple[str, str, str]] = []
+        counted: list[dict[str, object]] = []
+        arms = [load_arm(name, self.folder) for name in robots]
+        for arm in arms:
+            rows += self._own(arm, parts)
+        for arm in arms:
+            peers: list[Peer] = []
+            if "peers" in parts:
+                self.say(f"{arm.name}: loading the peers")
+                found = list(load_peers(arm))
+                peers = [each for each in found if isinstance(each, Peer)]
+                absent += [(arm.name, each.name, each.reason) for each in found if isinstance(each, Absent)]
+            rows += self._with_peers(arm, parts, peers)
+        for arm in arms:
+            if "instructions" in parts:
+                self.say(f"{arm.name}: counting instructions")
+                counted += count(arm)
+        return Results(
+            machine=machine.describe(self.cores),
+            load=(before, machine.load()),
+            calm=clock.calm_share(),
+            rows=on_processor(rows, machine.processor_name()),
+            absent=tuple(absent),
+            operations={arm.name: _operations(arm) for arm in arms},
+            peak=peak(arms[0]) if "sizes" in parts else {},
+            instructions=tuple(counted),
+        )
+
+    def _own(self, arm: Arm, parts: Sequence[str]) -> Iterator[Row]:
+        asked = arm.name == ASKED
+        if "shares" in parts:
+            self.say(f"{arm.name}: kernels and C loops")
+            yield from shares(arm, self.poses, self.turns, asked)
+        if "sizes" in parts and asked:
+            self.say(f"{arm.name}: sizes")
+            yield from sizes(arm, (self.poses // 50, self.poses, 10 * self.poses), self.turns)
+        if "builds" in parts and asked:
+            self.say(f"{arm.name}: compilers and flags")
+            yield from builds(arm, self.poses, self.turns)
+        if "threads" in parts and asked:
+            self.say(f"{arm.name}: threads")
+            yield from threads(arm, self.poses, self.turns, self.cores)
+
+    def _with_peers(self, arm: Arm, parts: Sequence[str], peers: list[Peer]) -> Iterator[Row]:
+        if "peers" in parts:
+            self.say(f"{arm.name}: peers in batches")
+            yield from batches(arm, peers, self.poses, max(3, self.turns // 4), arm.name == ASKED)
+        if "single" in parts:
+            self.say(f"{arm.name}: single calls")
+            yield from single(arm, peers, self.turns)
+
+
+def _operations(arm: Arm) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for real in Real:
+        found[f"{real} kernel"] = operations(arm.program, real)
+        found[f"{real} floor"] = floor_operations(arm.program, real)
+    return found
