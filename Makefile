@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards check fix format lint types generated current docs docs-current bench wheel clean
+.PHONY: help demo test test-boards docs-firmware check fix format lint types generated current docs docs-current bench wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -74,6 +74,10 @@ current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
 # Every page with real output has a script docs/make_*.py that rewrites it; --check compares instead.
 docs: $(VENV)/.kinegen ## rewrites the output shown in README.md and docs/
 	@for script in docs/make_*.py; do echo "$$script"; $(BIN)/python $$script || exit 1; done
+
+docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrites the tables of docs/firmware.md
+	@$(BIN)/python scripts/install_boards.py
+	$(BIN)/python docs/make_firmware.py --all
 
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done

@@ -1,0 +1,195 @@
+"""Measures kernels on emulated boards and writes the tables of docs/firmware.md.
+
+    python docs/make_firmware.py --check   compares the targets and the figures of one of them; a few seconds
+    python docs/make_firmware.py           the same, and where something differs, measures everything; a minute or two
+    python docs/make_firmware.py --all     measures everything and rewrites the tables
+
+A table stands between `<!-- table: NAME -->` and `<!-- end -->`. Without the cross compilers and emulators the page is
+left alone, and with other compilers than it names nothing is compared.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from kinegen.boards.cost import Cost, better, measure
+from kinegen.boards.targets import TARGETS, Target
+from kinegen.boards.toolchain import find_cross_compiler, missing
+from kinegen.build import lower_file
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.outputs import Quantity
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "firmware.md"
+TABLE = re.compile(r"(?P<head><!-- table: (?P<name>\w+) -->\n).*?(?P<tail><!-- end -->)", re.DOTALL)
+
+ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
+"""The robots that run on every board."""
+
+EXAMPLE = "cortex-m4f"
+"""The target on which every robot is measured, and the one that is measured again for a check."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One kernel of the pose on one target."""
+
+    robot: str
+    real: Real
+    target: str
+
+
+def main(arguments: list[str]) -> int:
+    """Rewrites or checks the page; returns the exit status."""
+    before = PAGE.read_text(encoding="utf-8")
+    lacking = {name for target in TARGETS.values() for name in missing(target)}
+    if lacking:
+        print(f"docs/firmware.md is left as it is; measuring needs {', '.join(sorted(lacking))}")
+        return 0
+    if arguments != ["--all"]:
+        stale = stale_lines(before)
+        if arguments == ["--check"] and stale:
+            print("\n".join(f"+ {line}" for line in stale))
+            print("docs/firmware.md is not current: run 'make docs-firmware' and commit what it changes")
+        if arguments == ["--check"] or not stale:
+            return int(bool(stale))
+    tables = {"targets": targets_table(), **measured_tables(Figures(all_cases()))}
+    after = TABLE.sub(lambda match: f"{match['head']}\n{tables[match['name']]}\n{match['tail']}", before)
+    if after != before:
+        PAGE.write_text(after, encoding="utf-8", newline="\n")
+        print(PAGE.relative_to(ROOT))
+    return 0
+
+
+def stale_lines(page: str) -> list[str]:
+    """Lines that the page should have and has not, of those that are quick to find out."""
+    if versions() not in page:
+        print(f"docs/firmware.md names other compilers than these: {versions()}")
+        return []
+    figures = Figures([Case(robot, Real.FLOAT, EXAMPLE) for robot in ROBOTS])
+    rows = [cells(row) for row in (robot_row(figures, robot) for robot in ROBOTS)]
+    return [line for line in (*targets_table().splitlines(), *rows) if line not in page.splitlines()]
+
+
+class Figures:
+    """Costs of kernels, each the better of the optimisation levels."""
+
+    def __init__(self, cases: Iterable[Case]) -> None:
+        wanted = list(dict.fromkeys(cases))
+        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+            self._costs = dict(zip(wanted, pool.map(best, wanted), strict=True))
+
+    def __call__(self, robot: str, real: Real, target: str) -> Cost:
+        """One of them."""
+        return self._costs[Case(robot, real, target)]
+
+
+def all_cases() -> list[Case]:
+    """Everything that the page shows."""
+    names = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
+    return [
+        *(Case(robot, Real.FLOAT, target) for target in TARGETS for robot in ROBOTS),
+        *(Case(ROBOTS[0], Real.DOUBLE, target.name) for target in TARGETS.values() if Real.DOUBLE in target.reals),
+        *(Case(robot, Real.FLOAT, EXAMPLE) for robot in names),
+    ]
+
+
+@cache
+def kernels(robot: str) -> Kernels:
+    """A robot with its pose."""
+    return lower_file(ROOT / "robots" / f"{robot}.yaml", (Quantity.POSE,))
+
+
+def best(case: Case) -> Cost:
+    """The better of the optimisation levels."""
+    return better(measure(kernels(case.robot), case.real, TARGETS[case.target]))
+
+
+def measured_tables(figures: Figures) -> dict[str, str]:
+    """The tables with figures, by name."""
+    robots = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
+    doubles = [target for target in TARGETS.values() if Real.DOUBLE in target.reals]
+    return {
+        "instructions": by_target(figures, lambda cost: f"{cost.calls}"),
+        "flash": by_target(figures, lambda cost: f"{cost.flash}"),
+        "stack": by_target(figures, lambda cost: f"{cost.stack}"),
+        "doubles": table(
+            ("target", "flags", "instructions", "flash", "stack"),
+            [double_row(figures(ROBOTS[0], Real.DOUBLE, target.name)) for target in doubles],
+        ),
+        "robots": table(
+            ("robot", "flags", "instructions", "function", "flash", "stack", "operations"),
+            [robot_row(figures, robot) for robot in robots],
+        ),
+        "versions": f"Compilers: {versions()}.\n",
+    }
+
+
+def targets_table() -> str:
+    """The targets, and what they need."""
+    return table(
+        ("`--target`", "processor", "flags", "emulated board", "Debian packages"),
+        [
+            (target.name, target.title, f"`{' '.join(target.flags)}`", board(target), packages(target))
+            for target in TARGETS.values()
+        ],
+    )
+
+
+def board(target: Target) -> str:
+    """The board and what emulates it."""
+    return f"{target.board} in {target.emulator.command[0]}"
+
+
+def packages(target: Target) -> str:
+    """The packages that a target needs."""
+    return ", ".join(package for group in target.packages().values() for package in group)
+
+
+def versions() -> str:
+    """The compilers with their versions, each once."""
+    compilers = [find_cross_compiler(target) for target in TARGETS.values()]
+    return ", ".join(dict.fromkeys(f"{compiler.command[0]} {compiler.version}" for compiler in compilers))
+
+
+def by_target(figures: Figures, show: Callable[[Cost], str]) -> str:
+    """One figure of every robot on every target."""
+    rows = [(name, *(show(figures(robot, Real.FLOAT, name)) for robot in ROBOTS)) for name in TARGETS]
+    return table(("target", *ROBOTS), rows)
+
+
+def double_row(cost: Cost) -> tuple[str, ...]:
+    """The figures of one target."""
+    return cost.target, f"`{cost.optimisation}`", f"{cost.calls}", f"{cost.flash}", f"{cost.stack}"
+
+
+def robot_row(figures: Figures, robot: str) -> tuple[str, ...]:
+    """The figures of one robot."""
+    cost = figures(robot, Real.FLOAT, EXAMPLE)
+    sizes = (cost.function_flash, cost.flash, cost.stack)
+    return robot, f"`{cost.optimisation}`", f"{cost.calls}", *(f"{size}" for size in sizes), f"{cost.operations}"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table; numbers stand to the right."""
+    body = list(rows)
+    right = [all(re.fullmatch(r"\d+( to \d+)?", row[column]) for row in body) for column in range(len(head))]
+    rule = [" ---: " if each else " --- " for each in right]
+    return "".join(f"{line}\n" for line in (cells(head), f"|{'|'.join(rule)}|", *map(cells, body)))
+
+
+def cells(row: Sequence[str]) -> str:
+    """One row."""
+    return f"| {' | '.join(row)} |"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
