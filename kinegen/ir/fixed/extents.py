@@ -1,0 +1,256 @@
+"""How large values get and how far they are from the exact ones, for arithmetic whose rounding errors are known.
+
+In: values in the order of their computation, each a constant or input, a sum, a product, a sine or a cosine. Out:
+bounds, for every joint vector whatsoever, on the Euclidean length of a group of values and on that of their errors.
+
+Groups are what makes the bounds tight. Turning a vector changes neither its length nor that of its error, so a chain of
+turns adds up what each turn loses; taken one by one, values would seem to grow by half at every turn.
+
+Sound by construction: each bound is the smallest of several, all of which hold by the triangle inequality or that of
+Cauchy and Schwarz. Every one is widened by 2^-45, far more than the rounding of the few operations that it takes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from kinegen.ir.fixed.values import OUTWARD, Copy, Extent, Given, Product, Sum, Trigonometric, Value
+
+_UNIT = 1.0 + 2.0**-30
+"""What still counts as 1: constants are rounded."""
+
+_LARGEST_GROUP = 3
+_LARGEST_TABLE = 20_000
+_DEEPEST = 100
+"""Beyond these, groups are taken apart into single values; a robot has vectors of three, and needs few of them."""
+
+Places = tuple[int, ...]
+
+_NOTHING = Extent(0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A sum of two products read as a row times a vector.
+
+    Attributes:
+        row: Places of the row's entries.
+        vector: Places of the vector's entries.
+        rounding: All rounding errors of the two products and their sum.
+    """
+
+    row: Places
+    vector: Places
+    rounding: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A sum read as a constant times a value, plus another constant.
+
+    Attributes:
+        slope: The factor, next to its exact value.
+        place: Place of the value.
+        offset: What is added, next to its exact value.
+        error: What the computed sum loses besides the error of the value times the slope.
+    """
+
+    slope: float
+    place: int
+    offset: float
+    error: float
+
+
+def _length(one: float, other: float) -> float:
+    """The Euclidean length, by operations that every machine rounds alike, which `math.hypot` is not."""
+    return math.sqrt(one * one + other * other)
+
+
+def _join(one: Extent, other: Extent) -> Extent:
+    """Two groups as one."""
+    return Extent(_length(one.size, other.size), _length(one.error, other.error))
+
+
+class Extents:
+    """Bounds on the values of one computation.
+
+    Args:
+        values: The values; each refers to earlier ones by their places.
+    """
+
+    def __init__(self, values: Sequence[Value]) -> None:
+        self._values = tuple(values)
+        self._known: dict[frozenset[int], Extent] = {frozenset(): _NOTHING}
+        self._depth = 0
+        for place in range(len(self._values)):
+            self.extent(place)  # later ones then find it ready, however deep the computation is
+
+    def extent(self, *places: int) -> Extent:
+        """Bounds on one value, or on several distinct ones together."""
+        return self._extent(frozenset(places))
+
+    def _extent(self, group: frozenset[int]) -> Extent:
+        if group not in self._known:
+            self._depth += 1
+            bounds = tuple(self._bounds(group))
+            self._depth -= 1
+            self._known[group] = Extent(
+                min(bound.size for bound in bounds) * OUTWARD, min(bound.error for bound in bounds) * OUTWARD
+            )
+        return self._known[group]
+
+    def _bounds(self, group: frozenset[int]) -> Iterator[Extent]:
+        """Every bound that a rule gives; the last value of the group is traced to what it was made of."""
+        last = max(group)
+        rest = group - {last}
+        if rest:
+            yield _join(self.extent(last), self._extent(rest))
+            if len(group) > _LARGEST_GROUP or len(self._known) > _LARGEST_TABLE or self._depth > _DEEPEST:
+                return
+        match self._values[last]:
+            case Given(extent) if not rest:
+                yield extent
+            case Trigonometric() as value:
+                yield from self._trigonometric(value, rest)
+            case Copy(source, rounding) if source not in rest:
+                extent = self._extent(rest | {source})
+                yield Extent(extent.size, extent.error + rounding)
+            case Product() as value:
+                yield from self._product(value, rest)
+            case Sum() as value:
+                yield from self._sum(value, rest)
+
+    def _trigonometric(self, value: Trigonometric, rest: frozenset[int]) -> Iterator[Extent]:
+        if not rest:
+            yield Extent(1.0, value.error)
+        for other in rest:
+            partner = self._values[other]
+            if isinstance(partner, Trigonometric) and partner.angle == value.angle:
+                yield _join(Extent(1.0, value.pair_error), self._extent(rest - {other}))
+
+    def _product(self, value: Product, rest: frozenset[int]) -> Iterator[Extent]:
+        for factor, shared in ((value.left, value.right), (value.right, value.left)):
+            # a*x and b*x are as long as x times the vector (a, b)
+            for other in rest:
+                partner = self._values[other]
+                if isinstance(partner, Product) and shared in (partner.left, partner.right):
+                    second = partner.right if partner.left == shared else partner.left
+                    rounding = _length(value.rounding, partner.rounding)
+                    yield from self._turned(_Row((factor, second), (shared,), rounding), rest - {other})
+            # of a sine and something longer, only the sine is left out: other values may have the rest in common
+            if not rest or self._is_simple(factor) or not self._is_simple(shared):
+                yield from self._turned(_Row((factor,), (shared,), value.rounding), rest)
+
+    def _sum(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+        rows = tuple(self._rows(value))
+        turns = tuple(row for row in rows if self._is_pair(row.row))
+        partners = tuple((other, row) for row in turns or rows for other in rest if self._completes(value, row, other))
+        # a*x - b*y and b*x + a*y: the vector (x, y), turned, and multiplied by the length of (a, b)
+        for other, row in partners:
+            rounding = _length(row.rounding, next(self._rows(self._values[other])).rounding)
+            yield from self._turned(_Row(row.row, row.vector, rounding), rest - {other})
+        if partners and turns:
+            return
+        for row in turns or rows:
+            yield from self._turned(row, rest)
+        if not turns:
+            yield from self._terms(value, rest)
+            yield from self._beside_constant(value, rest)
+
+    def _terms(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+        """The triangle inequality."""
+        for kept, added in ((value.left, value.right), (value.right, value.left)):
+            if kept not in rest:
+                extent, extra = self._extent(rest | {kept}), self.extent(added)
+                yield Extent(extent.size + extra.size, extent.error + extra.error + value.rounding)
+
+    def _beside_constant(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+        """a*x + k for constants a and k, alone or with a second such value of the same x.
+
+        Alone it is read as a*x + b*(k/b) with a vector (a, b) of length 1. Two of them are x times the vector (a, b)
+        and the vector (k, l); these are at right angles where a constant turn stands behind them.
+        """
+        for line in self._lines(value):
+            if line.place in rest:
+                continue
+            if abs(line.slope) < 1.0:
+                beside = self._extent(rest | {line.place})
+                yield self._offset(beside, line.offset / math.sqrt(1.0 - line.slope * line.slope), line.error)
+            for other in rest - {line.place}:
+                for second in self._lines(self._values[other]):
+                    length = _length(line.slope, second.slope)
+                    if second.place == line.place and length <= _UNIT:
+                        beside = self._extent((rest - {other}) | {line.place})
+                        square = line.offset * line.offset + second.offset * second.offset
+                        skew = abs(line.slope * line.offset + second.slope * second.offset) + square * 2.0**-50
+                        square += 2.0 * skew * self.extent(line.place).size
+                        yield self._offset(beside, math.sqrt(square), _length(line.error, second.error))
+
+    @staticmethod
+    def _offset(beside: Extent, offset: float, error: float) -> Extent:
+        return Extent(_length(beside.size, offset) * _UNIT, beside.error * _UNIT + error)
+
+    def _lines(self, value: Value) -> Iterator[_Line]:
+        """The ways to read a sum as a constant times a value, plus another constant."""
+        if not isinstance(value, Sum):
+            return
+        for term, place, sign in ((value.left, value.right, 1), (value.right, value.left, value.sign)):
+            product, offset = self._values[term], self._values[place]
+            if isinstance(product, Product) and isinstance(offset, Given) and offset.value is not None:
+                for factor, other in ((product.left, product.right), (product.right, product.left)):
+                    slope = self._values[factor]
+                    if isinstance(slope, Given) and slope.value is not None:
+                        error = slope.extent.error * self.extent(other).largest + offset.extent.error
+                        yield _Line(
+                            slope=sign * product.sign * slope.value,
+                            place=other,
+                            offset=sign * value.sign * offset.value,
+                            error=error + product.rounding + value.rounding,
+                        )
+
+    def _turned(self, row: _Row, rest: frozenset[int]) -> Iterator[Extent]:
+        """A row, or a turn of which it is one row, times a vector; and the rest."""
+        if len(set(row.row)) < len(row.row) or len(set(row.vector)) < len(row.vector) or rest.intersection(row.vector):
+            return  # a value that stands twice would count once
+        scale, moved = self.extent(*row.row), self.extent(*row.vector)
+        if rest and scale.size > _UNIT:
+            return
+        beside = self._extent(rest.union(row.vector))
+        factor = max(1.0, scale.size) if rest else scale.size
+        yield Extent(factor * beside.size, factor * beside.error + scale.error * moved.largest + row.rounding)
+
+    def _rows(self, value: Value) -> Iterator[_Row]:
+        """The ways to read a sum of two products as a row times a vector."""
+        if not isinstance(value, Sum):
+            return
+        first, second = self._values[value.left], self._values[value.right]
+        if isinstance(first, Product) and isinstance(second, Product):
+            rounding = first.rounding + second.rounding + value.rounding
+            for p, q in ((first.left, first.right), (first.right, first.left)):
+                for r, s in ((second.left, second.right), (second.right, second.left)):
+                    yield _Row((p, r), (q, s), rounding)
+
+    def _completes(self, value: Sum, row: _Row, other: int) -> bool:
+        """Whether another value is the second entry of the vector that a sum is the first entry of."""
+        partner = self._values[other]
+        if not isinstance(partner, Sum) or self._handedness(partner) == self._handedness(value):
+            return False
+        wanted = ((row.row[::-1], row.vector), (row.row, row.vector[::-1]))
+        return any((found.row, found.vector) in wanted for found in self._rows(partner))
+
+    def _handedness(self, value: Sum) -> int:
+        """The sign of the second product in a sum relative to that of the first."""
+        terms = (self._values[value.left], self._values[value.right])
+        return value.sign * math.prod(term.sign for term in terms if isinstance(term, Product))
+
+    def _is_simple(self, place: int) -> bool:
+        return isinstance(self._values[place], (Given, Trigonometric))
+
+    def _is_pair(self, places: Places) -> bool:
+        """Whether two values are the sine and the cosine of one angle; no better reading can be found."""
+        first, second = (self._values[place] for place in places)
+        if isinstance(first, Trigonometric) and isinstance(second, Trigonometric):
+            return first.angle == second.angle and places[0] != places[1]
+        return False

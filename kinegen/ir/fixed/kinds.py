@@ -1,0 +1,171 @@
+"""Which values of a program are angles, numbers and lengths, and which programs integers cannot evaluate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from enum import StrEnum
+
+from kinegen.errors import KinegenError
+from kinegen.ir.fixed.sizes import exact_sizes
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.robot.model import Dimension, JointType, Robot
+
+
+class Kind(StrEnum):
+    """What a value measures."""
+
+    ANGLE = "angle"
+    NUMBER = "number"
+    LENGTH = "length"
+
+
+_UNIT = 1.0 + 2.0**-20
+_TRIGONOMETRIC = (Operator.SIN, Operator.COS)
+_SAME_KIND = (Operator.ADD, Operator.SUB, Operator.NEG)
+
+
+def refuse(robot: Robot, reason: str, line: int | None = None) -> KinegenError:
+    """The error that says why there are no fixed-point kernels of a robot."""
+    return KinegenError(f"no q30 kernels for {robot.name}: {reason}", robot.source, line)
+
+
+def output_kinds(program: Program) -> tuple[Kind, ...]:
+    """What each output measures: the last column of a matrix is a length, and so is a point."""
+    entries = program.quantity.entries
+    return tuple(
+        Kind.LENGTH if entries == 3 or place % 4 == 3 else Kind.NUMBER for place in range(len(program.outputs))
+    )
+
+
+def input_kind(robot: Robot, operand: Variable | RuntimeParameter) -> Kind:
+    """What an input measures.
+
+    Raises:
+        KinegenError: If it is a runtime parameter that is a plain number, which has no natural scale.
+    """
+    if isinstance(operand, Variable):
+        kind = robot.variables[operand.index].type
+        return Kind.LENGTH if kind is JointType.PRISMATIC else Kind.ANGLE
+    parameter = next(each for each in robot.runtime_parameters if each.name == operand.name)
+    if parameter.dimension is Dimension.NUMBER:
+        reason = f"runtime parameter '{parameter.name}' is a plain number; only lengths and angles have a scale"
+        raise refuse(robot, reason, parameter.line)
+    return Kind.ANGLE if parameter.dimension is Dimension.ANGLE else Kind.LENGTH
+
+
+def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
+    """The kind of every temporary.
+
+    A constant has the kind that its place asks for. Where a temporary serves as a number and as a length (a link may be
+    as long as the cosine of a twist), it gets one of the two kinds.
+
+    Args:
+        robot: The robot.
+        program: One of its programs.
+
+    Returns:
+        The kinds, by name.
+
+    Raises:
+        KinegenError: If a length follows an angle (a screw), an angle follows a length, a runtime parameter is a plain
+            number, lengths are multiplied, or anything is divided.
+    """
+    angles = _angles(program)
+    for statement in program.statements:
+        _check(robot, statement, angles)
+    kinds = {
+        statement.name: Kind.ANGLE if statement.name in angles else Kind.NUMBER
+        for statement in program.statements
+        if statement.name in angles or statement.operator in _TRIGONOMETRIC
+    }
+    sizes: dict[str, float] = {}
+    open_ones = [statement for statement in program.statements if statement.name not in kinds]
+    while open_ones:
+        _propagate(robot, program, open_ones, kinds)
+        open_ones = [statement for statement in open_ones if statement.name not in kinds]
+        if open_ones:
+            # The constants of a program have no kind. What fits the scale of numbers is as good as one.
+            sizes = sizes or exact_sizes(program, angles)
+            kinds[open_ones[0].name] = Kind.NUMBER if sizes[open_ones[0].name] <= _UNIT else Kind.LENGTH
+    return kinds
+
+
+def _angles(program: Program) -> frozenset[str]:
+    """The temporaries that lead to sines and cosines."""
+    found: set[str] = set()
+    for statement in reversed(program.statements):
+        if statement.operator in _TRIGONOMETRIC or statement.name in found:
+            found.update(operand.name for operand in statement.operands if isinstance(operand, Temporary))
+    return frozenset(found)
+
+
+def _check(robot: Robot, statement: Statement, angles: frozenset[str]) -> None:
+    """Refuse a statement that mixes angles with lengths, or divides."""
+    if statement.operator is Operator.DIV:
+        raise refuse(robot, "a runtime parameter stands in a divisor")
+    is_angle = statement.name in angles or statement.operator in _TRIGONOMETRIC
+    for operand in statement.operands:
+        if isinstance(operand, Temporary):
+            if not is_angle and operand.name in angles:
+                raise refuse(robot, "an angle sum also stands in a length, and binary angles do not count turns")
+        elif not isinstance(operand, Constant) and (input_kind(robot, operand) is Kind.ANGLE) != is_angle:
+            raise _mixed(robot, operand)
+
+
+def _mixed(robot: Robot, operand: Variable | RuntimeParameter) -> KinegenError:
+    if isinstance(operand, RuntimeParameter):
+        line = next(each.line for each in robot.runtime_parameters if each.name == operand.name)
+        return refuse(robot, f"runtime parameter '{operand.name}' stands in a length and in an angle", line)
+    variable = robot.variables[operand.index]
+    if variable.type is JointType.PRISMATIC:
+        reason = f"an angle follows the shift of joint '{variable.name}', and integers have no scale for that"
+    else:
+        reason = f"a length follows the angle of joint '{variable.name}', and binary angles do not count turns"
+    return refuse(robot, reason, variable.line)
+
+
+def _propagate(robot: Robot, program: Program, open_ones: list[Statement], kinds: dict[str, Kind]) -> None:
+    """Carry kinds from inputs to results and from results to operands, until nothing is added."""
+
+    def known(operand: Operand) -> Kind | None:
+        if isinstance(operand, Temporary):
+            return kinds.get(operand.name)
+        return None if isinstance(operand, Constant) else input_kind(robot, operand)
+
+    before = -1
+    while len(kinds) > before:
+        before = len(kinds)
+        for operand, kind in zip(program.outputs, output_kinds(program), strict=True):
+            if isinstance(operand, Temporary):
+                kinds.setdefault(operand.name, kind)
+        for statement in (*open_ones, *reversed(open_ones)):
+            for name, kind in _conclusions(robot, statement, known):
+                kinds.setdefault(name, kind)
+
+
+def _conclusions(
+    robot: Robot, statement: Statement, known: Callable[[Operand], Kind | None]
+) -> Iterator[tuple[str, Kind]]:
+    """What the kinds known so far say about the result and the operands of one statement."""
+    result = Temporary(statement.name)
+    if statement.operator in _SAME_KIND:
+        members = (result, *statement.operands)
+        found = {known(member) for member in members}
+        if found & {Kind.LENGTH, Kind.NUMBER}:
+            kind = Kind.LENGTH if Kind.LENGTH in found else Kind.NUMBER
+            yield from ((member.name, kind) for member in members if isinstance(member, Temporary))
+        return
+    factors = [known(operand) for operand in statement.operands]
+    if factors.count(Kind.LENGTH) == 2:
+        raise refuse(robot, "runtime parameters multiply two lengths, and a square has no scale")
+    if Kind.LENGTH in factors:
+        yield result.name, Kind.LENGTH
+    if factors.count(Kind.NUMBER) == 2 or known(result) is Kind.NUMBER:
+        members = (result, *statement.operands)
+        yield from ((member.name, Kind.NUMBER) for member in members if isinstance(member, Temporary))
+    if known(result) is Kind.LENGTH and factors.count(Kind.NUMBER) == 1:
+        yield from (
+            (operand.name, Kind.LENGTH)
+            for operand, factor in zip(statement.operands, factors, strict=True)
+            if isinstance(operand, Temporary) and factor is None
+        )

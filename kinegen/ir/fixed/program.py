@@ -1,0 +1,104 @@
+"""Integer statements: what each computes, exactly, and what is known of the results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from kinegen.ir.program import Program, RuntimeParameter, Temporary, Variable
+
+NUMBER_BITS = 30
+"""Fraction bits of sines, cosines and entries of a rotation."""
+
+SINE_ERROR = 0.95
+"""Largest error of an emitted sine or cosine in units of 2^-30; tests/fixed tries every angle."""
+
+PAIR_ERROR = 1.17
+"""The largest length of the errors of both together, likewise."""
+
+LARGEST = 2**31 - 2**18
+"""Magnitude that every int32_t value stays within."""
+
+LARGEST_FACTOR = 2**30 + 2**15 - 1
+"""Magnitude that one factor of each product stays within: a little more than the number 1.
+
+With both limits nothing overflows where a product is made of 16-bit halves, for want of a long multiplication."""
+
+
+class Operation(StrEnum):
+    """What an integer statement does. Values are int32_t; those of the `TURN` operations are uint32_t and wrap."""
+
+    ADD = "a + b"
+    SUBTRACT = "a - b"
+    NEGATE = "-a"
+    MULTIPLY = "a * b / 2^shift, halves rounded up"
+    TIMES = "a * b, exact"
+    ROUND = "a / 2^shift, halves rounded up"
+    TURN_ADD = "angle a + b"
+    TURN_SUBTRACT = "angle a - b"
+    TURN_NEGATE = "angle -a"
+    TURN_TIMES = "angle a times the integer b"
+    TURN_PART = "a * b / 2^shift, halves rounded up; a is a signed angle"
+    SINCOS = "sine and cosine of the angle a"
+
+
+@dataclass(frozen=True, slots=True)
+class Integer:
+    """A literal; one that is an angle is unsigned."""
+
+    value: int
+
+
+FixedOperand = Variable | RuntimeParameter | Temporary | Integer
+
+
+@dataclass(frozen=True, slots=True)
+class FixedStatement:
+    """One integer operation.
+
+    Attributes:
+        name: The temporary that it defines; for `SINCOS` the label that follows `s` and `c`.
+        operation: What it does.
+        operands: What it does it to; the second factor of a product is within `LARGEST_FACTOR`.
+        shift: Bits dropped by `MULTIPLY`, `ROUND` and `TURN_PART`.
+    """
+
+    name: str
+    operation: Operation
+    operands: tuple[FixedOperand, ...]
+    shift: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Scales:
+    """Fraction bits of lengths, the same for all programs of a robot.
+
+    Attributes:
+        length: Of computed lengths: the value is the integer divided by 2^length.
+        stroke: Of prismatic joint variables.
+        parameter: Of runtime parameters that are lengths.
+    """
+
+    length: int
+    stroke: int
+    parameter: int
+
+
+@dataclass(frozen=True, slots=True)
+class FixedProgram:
+    """A kernel in integers.
+
+    Attributes:
+        program: The exact program behind it.
+        statements: The code.
+        outputs: One operand for each output of the program.
+        bits: Fraction bits of each output.
+        errors: For each output a proven bound on its distance from the exact result for the integer inputs, in
+            units of its last place.
+    """
+
+    program: Program
+    statements: tuple[FixedStatement, ...]
+    outputs: tuple[FixedOperand, ...]
+    bits: tuple[int, ...]
+    errors: tuple[float, ...]

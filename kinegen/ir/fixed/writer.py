@@ -1,0 +1,224 @@
+"""One program in integers at given scales: literals, shifts and conversions are decided here, one by one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+from kinegen.ir.fixed.draft import Draft, Local
+from kinegen.ir.fixed.extents import Extents
+from kinegen.ir.fixed.kinds import Kind, input_kind, output_kinds
+from kinegen.ir.fixed.program import (
+    LARGEST,
+    LARGEST_FACTOR,
+    NUMBER_BITS,
+    PAIR_ERROR,
+    SINE_ERROR,
+    FixedStatement,
+    Integer,
+    Operation,
+    Scales,
+)
+from kinegen.ir.fixed.rounding import above, half_place, nearest_integer
+from kinegen.ir.fixed.turns import Turns
+from kinegen.ir.fixed.values import Copy, Extent, Given, Product, Sum, Trigonometric, Value
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.robot.model import Robot
+
+_SHIFT = 30
+
+
+def write_statements(robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales) -> Draft:
+    """Write one program in integers.
+
+    Args:
+        robot: The robot.
+        program: One of its programs.
+        kinds: The kind of each temporary.
+        scales: The scales of lengths.
+
+    Returns:
+        The statements, not yet shown to be free of overflow.
+
+    Raises:
+        KinegenError: If part of an angle is not clear.
+    """
+    return _Writer(robot, program, kinds, scales).write()
+
+
+class _Writer:
+    def __init__(self, robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales) -> None:
+        self.robot = robot
+        self.program = program
+        self.kinds = kinds
+        self.scales = scales
+        self.turns = Turns(robot)
+        self.statements: list[FixedStatement] = []
+        self.operands: list[tuple[Local, ...]] = []
+        self.values: list[Value] = []
+        self.locals: list[Local] = []
+        self.known: dict[object, Local] = {}
+        self.angles: set[Operand] = set()
+
+    def write(self) -> Draft:
+        for statement in self.program.statements:
+            self._write(statement)
+        kinds = output_kinds(self.program)
+        outputs = tuple(
+            self._converted(operand, kind, self._bits(kind))
+            for operand, kind in zip(self.program.outputs, kinds, strict=True)
+        )
+        return Draft(
+            program=self.program,
+            statements=tuple(self.statements),
+            operands=tuple(self.operands),
+            locals=tuple(self.locals),
+            outputs=outputs,
+            extents=Extents(self.values),
+        )
+
+    def _write(self, statement: Statement) -> None:
+        match statement.operator:
+            case _ if self.kinds[statement.name] is Kind.ANGLE:
+                self._emit(self.turns.statement(statement))
+            case Operator.SIN | Operator.COS:
+                self._sincos(statement)
+            case Operator.ADD | Operator.SUB:
+                self._sum(statement)
+            case Operator.NEG:
+                kind = self.kinds[statement.name]
+                operand = self._converted(statement.operands[0], kind, self._bits(kind))
+                self._emit(FixedStatement(statement.name, Operation.NEGATE, (operand.operand,)), operand)
+                self._define(statement.name, kind, operand.bits, Copy(operand.place, 0.0))
+            case Operator.MUL:
+                self._product(statement)
+            case _:
+                raise TypeError(f"integers have no form for the operator {statement.operator!r}")
+
+    def _bits(self, kind: Kind) -> int:
+        return self.scales.length if kind is Kind.LENGTH else NUMBER_BITS
+
+    def _emit(self, statement: FixedStatement, *operands: Local) -> None:
+        self.statements.append(statement)
+        self.operands.append(operands)
+
+    def _define(self, name: str, kind: Kind, bits: int, value: Value) -> Local:
+        local = self._local(Local(Temporary(name), kind, bits, len(self.values)), value)
+        self.known[Temporary(name)] = local
+        return local
+
+    def _local(self, local: Local, value: Value) -> Local:
+        self.values.append(value)
+        self.locals.append(local)
+        return local
+
+    def _sincos(self, statement: Statement) -> None:
+        angle = statement.operands[0]
+        if angle not in self.angles and not isinstance(angle, Constant):
+            self.angles.add(angle)
+            self._emit(FixedStatement(statement.name[1:], Operation.SINCOS, (angle,)))
+        off = self.turns.error(angle)
+        errors = [math.ldexp(error, -NUMBER_BITS) + off for error in (SINE_ERROR, PAIR_ERROR)]
+        self._define(statement.name, Kind.NUMBER, NUMBER_BITS, Trigonometric(angle, *errors))
+
+    def _sum(self, statement: Statement) -> None:
+        kind = self.kinds[statement.name]
+        left, right = (self._converted(operand, kind, self._bits(kind)) for operand in statement.operands)
+        is_sum = statement.operator is Operator.ADD
+        operation = Operation.ADD if is_sum else Operation.SUBTRACT
+        self._emit(FixedStatement(statement.name, operation, (left.operand, right.operand)), left, right)
+        self._define(statement.name, kind, left.bits, Sum(left.place, right.place, 0.0, 1 if is_sum else -1))
+
+    def _product(self, statement: Statement) -> None:
+        kind = self.kinds[statement.name]
+        bits = self._bits(kind)
+        constants = [operand.value for operand in statement.operands if isinstance(operand, Constant)]
+        if constants:
+            (other,) = (operand for operand in statement.operands if not isinstance(operand, Constant))
+            self._multiple(statement, self._natural(other), constants[0])
+            return
+        left, right = (self._natural(operand) for operand in statement.operands)
+        shift = left.bits + right.bits - bits
+        self._emit(
+            FixedStatement(statement.name, Operation.MULTIPLY, (left.operand, right.operand), shift), left, right
+        )
+        self._define(statement.name, kind, bits, Product(left.place, right.place, half_place(bits)))
+
+    def _multiple(self, statement: Statement, other: Local, factor: Fraction) -> None:
+        """A constant times a value; the literal has as many bits as fit, and an integer is exact."""
+        kind = self.kinds[statement.name]
+        bits = self._bits(kind)
+        is_exact = factor.denominator == 1 and other.bits == bits
+        scaled = factor * Fraction(2) ** (bits - other.bits)
+        # Beside a number the literal may be as large as an int32_t, beside a length it has to be the small factor.
+        limit = LARGEST if other.kind is Kind.NUMBER else LARGEST_FACTOR
+        shift = 0 if is_exact else next(s for s in range(_SHIFT, -1, -1) if s == 0 or abs(scaled) * 2**s < limit)
+        literal = self._literal(abs(factor), bits - other.bits + shift, nearest_integer(scaled * 2**shift))
+        operation = Operation.TIMES if is_exact else Operation.MULTIPLY
+        self._emit(FixedStatement(statement.name, operation, (other.operand, literal.operand), shift), other, literal)
+        sign = -1 if factor < 0 else 1
+        rounding = 0.0 if is_exact else half_place(bits)
+        self._define(statement.name, kind, bits, Product(literal.place, other.place, rounding, sign))
+
+    def _literal(self, exact: Fraction, bits: int, value: int) -> Local:
+        """A literal; the analysed value is its exact counterpart, without the sign if it is a factor."""
+        key = (exact, bits, abs(value))
+        if key not in self.known:
+            error = abs(abs(exact) - abs(value) / Fraction(2) ** bits)
+            given = Given(Extent(above(abs(exact)), above(error)), float(exact))
+            self.known[key] = self._local(Local(Integer(value), Kind.NUMBER, bits, len(self.values)), given)
+        known = self.known[key]
+        return Local(Integer(value), known.kind, known.bits, known.place)
+
+    def _natural(self, operand: Operand) -> Local:
+        """A value at the scale that it has."""
+        if isinstance(operand, Temporary):
+            return self.known[operand]
+        if isinstance(operand, (Variable, RuntimeParameter)):
+            return self._converted(operand, Kind.LENGTH, self.scales.length)
+        raise TypeError(f"{operand!r} has no scale of its own")
+
+    def _converted(self, operand: Operand, kind: Kind, bits: int) -> Local:
+        """A value at a scale: as it is, or converted by one more statement."""
+        if isinstance(operand, Constant):
+            return self._literal(operand.value, bits, nearest_integer(operand.value * Fraction(2) ** bits))
+        source = self._input(operand) if not isinstance(operand, Temporary) else self.known[operand]
+        if source.bits == bits:
+            return source
+        if (source.operand, bits) not in self.known:
+            name = self._name(operand, kind)
+            shift = source.bits - bits
+            rounds = shift > 0
+            self._emit(
+                FixedStatement(name, Operation.ROUND, (source.operand,), shift)
+                if rounds
+                else FixedStatement(name, Operation.TIMES, (source.operand, Integer(2**-shift))),
+                source,
+            )
+            value = Copy(source.place, half_place(bits) if rounds else 0.0)
+            self.known[source.operand, bits] = self._define(name, kind, bits, value)
+        return self.known[source.operand, bits]
+
+    def _input(self, operand: Variable | RuntimeParameter) -> Local:
+        """A length that is given: any int32_t, and exact as it is."""
+        if operand not in self.known:
+            input_kind(self.robot, operand)
+            bits = self.scales.stroke if isinstance(operand, Variable) else self.scales.parameter
+            given = Given(Extent(math.ldexp(1.0, 31 - bits), 0.0))
+            self.values.append(given)
+            self.known[operand] = Local(operand, Kind.LENGTH, bits, len(self.values) - 1)
+        return self.known[operand]
+
+    @staticmethod
+    def _name(operand: Operand, kind: Kind) -> str:
+        """The name of a converted value; no other temporary can have it."""
+        match operand:
+            case Variable(index):
+                return f"q{index + 1}"
+            case RuntimeParameter(name):
+                return f"p_{name}"
+            case Temporary(name):
+                return f"{name}_{kind}"
+            case _:
+                raise TypeError(f"{operand!r} is not converted")
