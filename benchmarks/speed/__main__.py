@@ -29,11 +29,13 @@ def main(arguments: list[str] | None = None) -> int:
     # Set before JAX is imported.
     os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    from benchmarks.speed.clock import Effort
     from benchmarks.speed.suite import Suite
     from benchmarks.speed.table import render
 
+    effort = Effort(options.turns, options.patience)
     with tempfile.TemporaryDirectory(prefix="kinegen-bench-") as folder:
-        suite = Suite(Path(folder), cores, options.poses, options.turns, _say)
+        suite = Suite(Path(folder), cores, options.poses, effort, options.wait, _say)
         results = suite.run(options.robots.split(","), options.parts.split(","))
     for line in render(results):
         print(line)
@@ -48,6 +50,8 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--parts", default=",".join(PARTS), help="what to measure (%(default)s)")
     parser.add_argument("--poses", type=int, default=100_000, help="configurations in a batch (%(default)s)")
     parser.add_argument("--turns", type=int, default=25, help="measurements of each row (%(default)s)")
+    parser.add_argument("--patience", type=float, default=20, help="seconds to look for calm turns (%(default)s)")
+    parser.add_argument("--wait", type=float, default=0, help="seconds to wait for other work to end (%(default)s)")
     parser.add_argument("--core", type=int, help="the core to use (the last one)")
     parser.add_argument("--output", type=Path, default=RESULTS, help="file of results (benchmarks/results/speed.json)")
     return parser.parse_args(arguments)

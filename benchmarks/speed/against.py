@@ -6,21 +6,21 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from benchmarks.speed.arm import Arm
-from benchmarks.speed.clock import Case, measure, ratio
+from benchmarks.speed.clock import Case, Effort, measure, ratio
 from benchmarks.speed.kernels import Data, filled, loops
 from benchmarks.speed.peers import Peer
 from benchmarks.speed.rows import Row
 from kinegen.emit.reals import Real
 
 
-def batches(arm: Arm, peers: list[Peer], poses: int, turns: int, ask: bool) -> Iterator[Row]:
+def batches(arm: Arm, peers: list[Peer], poses: int, effort: Effort, ask: bool) -> Iterator[Row]:
     """One number type after the other.
 
     Args:
         arm: The robot.
         peers: The peers of this robot.
         poses: Number of configurations; slow peers get fewer.
-        turns: Number of turns.
+        effort: How long to measure.
         ask: Whether the figure is asked of this robot.
 
     Yields:
@@ -33,7 +33,7 @@ def batches(arm: Arm, peers: list[Peer], poses: int, turns: int, ask: bool) -> I
         for key, peer in found.items():
             count = min(poses, peer.poses)
             cases.append(Case(key, peer.batch(arm.configurations(count, real)), count))
-        timings = measure(cases, turns)
+        timings = measure(cases, effort)
         rows = {}
         for case, (key, peer) in zip(cases[1:], found.items(), strict=True):
             timing = timings[key]

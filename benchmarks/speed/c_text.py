@@ -7,6 +7,7 @@ floor. The floor and the memory loop say what the machine allows; the other two 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import sympy as sp
 
@@ -47,6 +48,17 @@ def floor_text(arm: Arm, real: Real) -> str:
     for number, angle in enumerate(angles):
         lines += [f"{real} s{number}_, c{number}_;", f"own_sincos({printer.operand(angle)}, &s{number}_, &c{number}_);"]
         terms += [f"s{number}_", f"c{number}_"]
+    return _sum_loop(real, lines, terms)
+
+
+def arithmetic_text(arm: Arm, real: Real) -> str:
+    """The whole computation of the pose, and the sum of its entries: the kernel without its transposes and stores."""
+    printer = CPrinter(real, "own_sincos", variable="q[{} * n + i]")
+    lines = printer.lines(arm.program, [None] * len(arm.program.outputs))
+    return _sum_loop(real, lines, [printer.operand(each) for each in arm.program.outputs])
+
+
+def _sum_loop(real: Real, lines: Sequence[str], terms: Sequence[str]) -> str:
     body = "\n        ".join([*lines, f"out[i] = {' + '.join(terms)};"])
     return f"""#include <stddef.h>
 

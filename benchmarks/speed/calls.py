@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.arm import Arm, Array
-from benchmarks.speed.clock import Case, measure
+from benchmarks.speed.clock import Case, Effort, measure
 from benchmarks.speed.kernels import CALL, Data, Entry, entry, filled
 from benchmarks.speed.peers import Peer
 from benchmarks.speed.rows import TIME, Row
@@ -23,13 +23,13 @@ CALLS = 2000
 SINGLE = "one call"
 
 
-def threads(arm: Arm, poses: int, turns: int, cores: tuple[int, ...]) -> Iterator[Row]:
+def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...]) -> Iterator[Row]:
     """Two threads against one.
 
     Args:
         arm: The robot.
         poses: Number of configurations.
-        turns: Number of turns.
+        effort: How long to measure.
         cores: The processors; with fewer than two of them there is nothing to measure.
 
     Yields:
@@ -42,18 +42,18 @@ def threads(arm: Arm, poses: int, turns: int, cores: tuple[int, ...]) -> Iterato
         one = entry(data, CALL, partial(arm.package.fk, data.q, out=data.out, threads=1))
         two = entry(data, CALL, partial(arm.package.fk, data.q, out=data.out, threads=2))
         two = Entry(replace(two.case, key="two", cores=cores), replace(two.row, threads=2))
-        timings = measure([one.case, two.case], turns)
+        timings = measure([one.case, two.case], effort)
         yield filled(one, timings)
         yield filled(two, timings, ("times one thread", one), 1.8 if real is Real.DOUBLE else None)
 
 
-def single(arm: Arm, peers: list[Peer], turns: int) -> Iterator[Row]:
+def single(arm: Arm, peers: list[Peer], effort: Effort) -> Iterator[Row]:
     """One configuration from Python, the peers' way too.
 
     Args:
         arm: The robot.
         peers: The peers; those that have no form for one configuration are left out.
-        turns: Number of turns.
+        effort: How long to measure.
 
     Yields:
         Rows in microseconds.
@@ -68,7 +68,7 @@ def single(arm: Arm, peers: list[Peer], turns: int) -> Iterator[Row]:
     for peer in peers:
         if peer.single is not None and peer.real == "double":
             forms[peer.name] = (partial(_calls, *peer.single(q)), None)
-    timings = measure([Case(what, run, CALLS) for what, (run, _) in forms.items()], turns)
+    timings = measure([Case(what, run, CALLS) for what, (run, _) in forms.items()], effort)
     versions = {peer.name: peer.version for peer in peers}
     for what, (_, asked) in forms.items():
         timing = timings[what]

@@ -27,9 +27,6 @@ CALM = 0.98
 FEWEST = 3
 """With fewer calm turns than this, all turns count."""
 
-PATIENCE = 20.0
-"""Seconds that a group of cases may go on for after its turns, in search of calm ones."""
-
 
 @dataclass(frozen=True, slots=True)
 class Case:
@@ -88,12 +85,25 @@ class Timing:
         return [self.seconds[turn] for turn in turns]
 
 
-def measure(cases: Sequence[Case], turns: int) -> dict[str, Timing]:
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How long to measure.
+
+    Attributes:
+        turns: Number of calm turns that every case should get.
+        patience: Seconds that a group of cases may go on for after so many turns, in search of calm ones.
+    """
+
+    turns: int
+    patience: float
+
+
+def measure(cases: Sequence[Case], effort: Effort) -> dict[str, Timing]:
     """Time cases in turns.
 
     Args:
         cases: What to time.
-        turns: Number of calm turns that every case should get.
+        effort: How long.
 
     Returns:
         A timing for each key.
@@ -103,7 +113,7 @@ def measure(cases: Sequence[Case], turns: int) -> dict[str, Timing]:
     seconds: dict[str, list[float]] = {case.key: [] for case in cases}
     calm: dict[str, set[int]] = {case.key: set() for case in cases}
     turn, latest = 0, float("inf")
-    while min(map(len, calm.values())) < turns and time.perf_counter() < latest:
+    while min(map(len, calm.values())) < effort.turns and time.perf_counter() < latest:
         for case in cases:
             took, is_calm = _sample(case, calls[case.key], once[case.key] > SLOW)
             seconds[case.key].append(took / (calls[case.key] * case.poses))
@@ -111,8 +121,8 @@ def measure(cases: Sequence[Case], turns: int) -> dict[str, Timing]:
                 calm[case.key].add(turn)
             _counts[is_calm] += 1
         turn += 1
-        if turn == turns:
-            latest = time.perf_counter() + PATIENCE
+        if turn == effort.turns:
+            latest = time.perf_counter() + effort.patience
     return {key: Timing(tuple(values), frozenset(calm[key])) for key, values in seconds.items()}
 
 

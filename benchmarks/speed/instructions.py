@@ -23,8 +23,11 @@ from kinegen.naming import c_file, function
 FEW, MANY = 200, 1000
 """Poses of the two runs."""
 
-SCALAR_FLAGS = ("-std=gnu99", "-O2")
-BATCH_FLAGS = ("-std=gnu99", "-O3", "-mavx2", "-mfma", "-ffp-contract=fast")
+PLAIN_FLAGS = ("-std=gnu99", "-O2")
+"""For every processor of the family; libm picks its own form for the processor at hand all the same."""
+
+AVX2_FLAGS = ("-std=gnu99", "-O3", "-mavx2", "-mfma", "-ffp-contract=fast")
+"""For the processors that have the widest vectors that valgrind knows."""
 
 
 def count(arm: Arm) -> Iterator[dict[str, Any]]:
@@ -41,22 +44,21 @@ def count(arm: Arm) -> Iterator[dict[str, Any]]:
     for real in Real:
         sources = kernel_text(arm, real)
         scalar = {name: sources[name] for name in (c_file(arm.name, "h", real), c_file(arm.name, "c", real))}
+        scalar |= {"loop.c": _SCALAR_LOOP.format(**_names(arm, real))}
         batch = sources | {"loop.c": _BATCH_LOOP.format(**_names(arm, real))}
+        libm = {"loop.c": closed_form_text(arm, real)}
         programs = (
-            ("scalar kernel", SCALAR_FLAGS, scalar | {"loop.c": _SCALAR_LOOP.format(**_names(arm, real))}),
-            ("closed form with libm", SCALAR_FLAGS, {"loop.c": closed_form_text(arm, real)}),
-            ("4x4 product with libm", SCALAR_FLAGS, {"loop.c": plain_text(arm, real)}),
-            ("batch kernel, AVX2", BATCH_FLAGS, batch),
+            ("scalar kernel", PLAIN_FLAGS, scalar),
+            ("closed form with libm", PLAIN_FLAGS, libm),
+            ("4x4 product with libm", PLAIN_FLAGS, {"loop.c": plain_text(arm, real)}),
+            ("scalar kernel", AVX2_FLAGS, scalar),
+            ("closed form with libm", AVX2_FLAGS, libm),
+            ("batch kernel", AVX2_FLAGS, batch),
         )
         for what, flags, files in programs:
             number = _instructions(files | {"main.c": _MAIN.format(real=real, dof=arm.dof)}, flags)
-            yield {
-                "robot": arm.name,
-                "real": real.value,
-                "what": what,
-                "flags": " ".join(flags),
-                "instructions": number,
-            }
+            names = {"robot": arm.name, "real": real.value, "what": what, "flags": " ".join(flags)}
+            yield names | {"instructions": number}
 
 
 def _names(arm: Arm, real: Real) -> dict[str, object]:

@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.speed.arm import Arm, Array
 from benchmarks.speed.c_text import (
     PEAK_OPERATIONS,
+    arithmetic_text,
     closed_form_text,
     floor_text,
     kernel_text,
@@ -21,7 +22,7 @@ from benchmarks.speed.c_text import (
     peak_text,
     plain_text,
 )
-from benchmarks.speed.clock import Case, Timing, measure, ratio
+from benchmarks.speed.clock import Case, Effort, Timing, measure, ratio
 from benchmarks.speed.library import LAYOUTS, Build, Run, default_build, kernel, kernel_library, libm_build, loop
 from benchmarks.speed.rows import Row
 from kinegen.emit.reals import Real
@@ -29,6 +30,7 @@ from kinegen.native.compiler import Compiler
 from kinegen.native.flags import Flags
 
 FLOOR = "floor: sines and cosines alone"
+ARITHMETIC = "sines, cosines and the arithmetic, no stores"
 LIBM = "closed form with libm, C loop"
 PLAIN = "4x4 product with libm, C loop"
 MEMORY = "reading and writing alone"
@@ -139,6 +141,9 @@ def loops(data: Data) -> dict[str, Entry]:
     sums = np.ones(count, data.q.dtype)
     found = {
         "floor": entry(data, FLOOR, loop(kernels, floor_text(arm, real), data.q_rows, sums, count), layout="sum"),
+        "arithmetic": entry(
+            data, ARITHMETIC, loop(kernels, arithmetic_text(arm, real), data.q_rows, sums, count), layout="sum"
+        ),
         "libm": entry(data, LIBM, loop(libm, closed_form_text(arm, real), data.q, data.out, count), build=libm),
         "plain": entry(data, PLAIN, loop(libm, plain_text(arm, real), data.q, data.out, count), build=libm),
         "memory": entry(data, MEMORY, loop(libm, memory_text(arm, real), data.q, data.out, count), build=libm),
@@ -151,24 +156,25 @@ def loops(data: Data) -> dict[str, Entry]:
     return found
 
 
-def shares(arm: Arm, poses: int, turns: int, ask: bool) -> Iterator[Row]:
+def shares(arm: Arm, poses: int, effort: Effort, ask: bool) -> Iterator[Row]:
     """The kernels of one robot against the floor, libm and the plain product.
 
     Args:
         arm: The robot.
         poses: Number of configurations.
-        turns: Number of turns.
+        effort: How long to measure.
         ask: Whether the figures are asked of this robot.
 
     Yields:
         Rows for both number types.
     """
     sets = {real: loops(Data(arm, real, poses)) for real in Real}
-    timings = measure([one.case for entries in sets.values() for one in entries.values()], turns)
+    timings = measure([one.case for entries in sets.values() for one in entries.values()], effort)
     for real, entries in sets.items():
         floor, double = ("of the floor", entries["floor"]), real is Real.DOUBLE
         asked: dict[str, float] = {"4x4": 0.5, "joint-major": 0.65} if ask and double else {}
         yield filled(entries["floor"], timings)
+        yield filled(entries["arithmetic"], timings, floor)
         yield from (filled(entries[name], timings, floor, asked.get(name)) for name in LAYOUTS)
         yield filled(entries["call"], timings, floor)
         yield filled(entries["fresh"], timings, floor)
@@ -182,21 +188,21 @@ def shares(arm: Arm, poses: int, turns: int, ask: bool) -> Iterator[Row]:
         yield filled(sets[Real.FLOAT][name], timings, against, 1.7 if ask and name == "4x4" else None)
 
 
-def sizes(arm: Arm, poses: Sequence[int], turns: int) -> Iterator[Row]:
+def sizes(arm: Arm, poses: Sequence[int], effort: Effort) -> Iterator[Row]:
     """Batches that fit into the caches less and less.
 
     Args:
         arm: The robot.
         poses: Numbers of configurations; the last is compared with the one before it.
-        turns: Number of turns.
+        effort: How long to measure.
 
     Yields:
         Kernels, floor and bare memory for each size, both number types.
     """
-    names = ("4x4", "joint-major", "floor", "memory", "call")
+    names = ("floor", "arithmetic", "joint-major", "4x4", "call", "memory")
     for real in Real:
         sets = [loops(Data(arm, real, count)) for count in poses]
-        timings = measure([entries[name].case for entries in sets for name in names], turns)
+        timings = measure([entries[name].case for entries in sets for name in names], effort)
         for entries in sets[:-1]:
             yield from (filled(entries[name], timings) for name in names)
         for name in names:
@@ -205,7 +211,7 @@ def sizes(arm: Arm, poses: Sequence[int], turns: int) -> Iterator[Row]:
             yield filled(sets[-1][name], timings, against, asked)
 
 
-def builds(arm: Arm, poses: int, turns: int) -> Iterator[Row]:
+def builds(arm: Arm, poses: int, effort: Effort) -> Iterator[Row]:
     """Other compilers and flags, each against a floor of its own.
 
     Yields:
@@ -223,7 +229,7 @@ def builds(arm: Arm, poses: int, turns: int) -> Iterator[Row]:
                 run = kernel(library, arm.name, real, layout, *data.layout(layout))
                 entries.append(entry(data, f"{KERNEL}, {build.label}", run, layout=layout, build=build))
             sets.append(entries)
-        timings = measure([one.case for entries in sets for one in entries], turns)
+        timings = measure([one.case for entries in sets for one in entries], effort)
         for floor, *others in sets:
             yield filled(floor, timings)
             yield from (filled(one, timings, ("of its floor", floor)) for one in others)
@@ -238,7 +244,7 @@ def peak(arm: Arm) -> dict[str, float]:
             np.zeros(1, arm.configurations(1, real).dtype),
         )
         case = Case("peak", loop(default_build(), peak_text(real), q, out, 100_000), 100_000)
-        found[real.value] = measure([case], 20)["peak"].best * PEAK_OPERATIONS[real] / 1e3
+        found[real.value] = measure([case], Effort(20, 0.0))["peak"].best * PEAK_OPERATIONS[real] / 1e3
     return found
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import re
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from benchmarks.speed.arm import Array
@@ -48,26 +47,16 @@ class Build:
         name = "clang" if "clang" in told else "gcc" if "Free Software" in told else self.compiler.command[0]
         return f"{name} {number[0]}" if number else name
 
-    def library(self, sources: Mapping[str, str], libraries: tuple[str, ...] = ()) -> ctypes.CDLL:
+    def library(self, sources: Mapping[str, str]) -> ctypes.CDLL:
         """Compile C files and load the result.
 
         Args:
             sources: C text by file name.
-            libraries: Flags that name further libraries, such as -lm.
 
         Returns:
-            The library, already unlinked from the disk.
+            The library, already gone from the disk.
         """
-        folder = Path(tempfile.mkdtemp(prefix="kinegen-bench-"))
-        try:
-            for name, text in sources.items():
-                (folder / name).write_text(text, encoding="utf-8")
-            names = tuple(name for name in sources if name.endswith(".c"))
-            arguments = (*self.flags, "-fPIC", "-shared", "-o", "library.so", *names, *libraries)
-            self.compiler.run(folder, arguments, ", ".join(names))
-            return ctypes.CDLL(str(folder / "library.so"))
-        finally:
-            shutil.rmtree(folder)
+        return _library(self.compiler, self.flags, tuple(sources.items()))
 
 
 def default_build() -> Build:
@@ -93,7 +82,7 @@ def loop(build: Build, text: str, q: Array, out: Array, count: int) -> Run:
     Returns:
         A function without arguments; it keeps the arrays alive.
     """
-    call = build.library({"loop.c": text}, ("-lm",)).loop
+    call = build.library({"loop.c": text}).loop
     call.argtypes, call.restype = (ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p), None
 
     return partial(call, count, *_addresses(q, out))
@@ -129,6 +118,17 @@ def kernel_library(build: Build, sources: Mapping[str, str], robot: str, real: R
     """Compile the batch kernels alone, as the package has them."""
     names = (c_file(robot, "h", real), *(c_file(robot, kind, real, batch=True) for kind in "hc"))
     return build.library({name: sources[name] for name in names})
+
+
+@cache
+def _library(compiler: Compiler, flags: tuple[str, ...], sources: tuple[tuple[str, str], ...]) -> ctypes.CDLL:
+    with tempfile.TemporaryDirectory(prefix="kinegen-bench-") as place:
+        folder = Path(place)
+        for name, text in sources:
+            (folder / name).write_text(text, encoding="utf-8")
+        names = tuple(name for name, _ in sources if name.endswith(".c"))
+        compiler.run(folder, (*flags, "-fPIC", "-shared", "-o", "library.so", *names, "-lm"), ", ".join(names))
+        return ctypes.CDLL(str(folder / "library.so"))
 
 
 def _addresses(*arrays: Array) -> list[ctypes.c_void_p]:

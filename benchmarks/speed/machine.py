@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import time
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,42 @@ def processor_name() -> str:
 def load() -> float:
     """Jobs that wanted to run during the last minute, on average; this one counts too."""
     return os.getloadavg()[0]
+
+
+def await_quiet(limit: float) -> bool:
+    """Wait until other work leaves the machine alone.
+
+    Args:
+        limit: Seconds to wait at most.
+
+    Returns:
+        Whether it does now, as far as the system tells.
+    """
+    end = time.monotonic() + limit
+    while True:
+        before, begin = _busy_seconds(), time.monotonic()
+        time.sleep(_GLANCE)
+        if _busy_seconds() - before <= _QUIET * (time.monotonic() - begin):
+            return True
+        if time.monotonic() >= end:
+            return False
+
+
+def _busy_seconds() -> float:
+    """Seconds that all cores together have worked so far."""
+    try:
+        fields = Path("/proc/stat").read_text(encoding="utf-8").split("\n", 1)[0].split()
+    except OSError:
+        return 0.0
+    user, nice, system, _, _, irq, softirq, steal = map(int, fields[1:9])
+    return (user + nice + system + irq + softirq + steal) / os.sysconf("SC_CLK_TCK")
+
+
+_GLANCE = 0.5
+"""Seconds of a look at how busy the machine is."""
+
+_QUIET = 0.1
+"""Cores that other work may keep busy."""
 
 
 def waited() -> float:

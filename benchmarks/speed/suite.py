@@ -11,6 +11,7 @@ from benchmarks.speed.against import batches
 from benchmarks.speed.arm import Arm, load_arm
 from benchmarks.speed.c_text import floor_operations, operations
 from benchmarks.speed.calls import single, threads
+from benchmarks.speed.clock import Effort
 from benchmarks.speed.instructions import count
 from benchmarks.speed.kernels import builds, peak, shares, sizes
 from benchmarks.speed.peers import Absent, Peer, load_peers
@@ -29,14 +30,16 @@ class Suite:
         folder: Where packages are built.
         cores: The processors, the one that the process is pinned to standing first.
         poses: Configurations in a batch.
-        turns: Turns of each measurement.
+        effort: How long to measure each group.
+        wait: Seconds to wait before each group, at most, for other work to end.
         say: Told what is being measured.
     """
 
     folder: Path
     cores: tuple[int, ...]
     poses: int
-    turns: int
+    effort: Effort
+    wait: float
     say: Callable[[str], None]
 
     def run(self, robots: Sequence[str], parts: Sequence[str]) -> Results:
@@ -82,25 +85,31 @@ class Suite:
     def _own(self, arm: Arm, parts: Sequence[str]) -> Iterator[Row]:
         asked = arm.name == ASKED
         if "shares" in parts:
-            self.say(f"{arm.name}: kernels and C loops")
-            yield from shares(arm, self.poses, self.turns, asked)
+            self._begin(f"{arm.name}: kernels and C loops")
+            yield from shares(arm, self.poses, self.effort, asked)
         if "sizes" in parts and asked:
-            self.say(f"{arm.name}: sizes")
-            yield from sizes(arm, (self.poses // 50, self.poses, 10 * self.poses), self.turns)
+            self._begin(f"{arm.name}: sizes")
+            yield from sizes(arm, (self.poses // 50, self.poses, 10 * self.poses), self.effort)
         if "builds" in parts and asked:
-            self.say(f"{arm.name}: compilers and flags")
-            yield from builds(arm, self.poses, self.turns)
+            self._begin(f"{arm.name}: compilers and flags")
+            yield from builds(arm, self.poses, self.effort)
         if "threads" in parts and asked:
-            self.say(f"{arm.name}: threads")
-            yield from threads(arm, self.poses, self.turns, self.cores)
+            self._begin(f"{arm.name}: threads")
+            yield from threads(arm, self.poses, self.effort, self.cores)
 
     def _with_peers(self, arm: Arm, parts: Sequence[str], peers: list[Peer]) -> Iterator[Row]:
         if "peers" in parts:
-            self.say(f"{arm.name}: peers in batches")
-            yield from batches(arm, peers, self.poses, max(3, self.turns // 4), arm.name == ASKED)
+            self._begin(f"{arm.name}: peers in batches")
+            fewer = Effort(max(3, self.effort.turns // 4), self.effort.patience)
+            yield from batches(arm, peers, self.poses, fewer, arm.name == ASKED)
         if "single" in parts:
-            self.say(f"{arm.name}: single calls")
-            yield from single(arm, peers, self.turns)
+            self._begin(f"{arm.name}: single calls")
+            yield from single(arm, peers, self.effort)
+
+    def _begin(self, text: str) -> None:
+        self.say(text)
+        if not machine.await_quiet(self.wait):
+            self.say("  (the machine is busy)")
 
 
 def _operations(arm: Arm) -> dict[str, float]:

@@ -1,0 +1,233 @@
+"""Puts measured numbers into docs/performance.md, and draws its plot.
+
+    python docs/make_performance.py                                   rewrites page and plot from docs/performance.json
+    python docs/make_performance.py benchmarks/results/speed.json     takes over a new measurement first
+    python docs/make_performance.py --check                           compares, and fails with a diff
+
+A measurement is written by `make bench`, and differs between machines and days; the one that the page quotes is kept
+beside it. A page marks a block like this, and whatever stands between the marks is replaced:
+
+    <!-- measured: asked -->
+    <!-- end -->
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from benchmarks.speed.roofline import draw
+from benchmarks.speed.rows import TIME, Results, Row, load_results
+
+DOCS = Path(__file__).resolve().parent
+PAGE, PLOT, DATA = DOCS / "performance.md", DOCS / "performance.svg", DOCS / "performance.json"
+
+BLOCK = re.compile(r"(?P<head><!-- measured: (?P<name>[a-z-]+) -->\n).*?(?P<tail><!-- end -->)", re.S)
+
+
+def main(arguments: list[str]) -> int:
+    """Rewrites or checks the page and the plot; returns the exit status."""
+    check = arguments == ["--check"]
+    if arguments and not check:
+        shutil.copyfile(arguments[0], DATA)
+    results = load_results(DATA)
+    stale = False
+    for path, text in ((PAGE, page(PAGE.read_text(encoding="utf-8"), results)), (PLOT, draw(results))):
+        before = path.read_text(encoding="utf-8") if path.exists() else ""
+        if before == text:
+            continue
+        if check:
+            stale = True
+            lines = before.splitlines(True), text.splitlines(True)
+            sys.stdout.writelines(difflib.unified_diff(*lines, path.name, "now"))
+        else:
+            path.write_text(text, encoding="utf-8", newline="\n")
+            print(f"docs/{path.name}")
+    if stale:
+        print("The page is not what its measurement says: run 'make docs' and commit what it changes")
+    return int(stale)
+
+
+def page(text: str, results: Results) -> str:
+    """The page with all its blocks filled."""
+
+    def fill(block: re.Match[str]) -> str:
+        lines = BLOCKS[block["name"]](results)
+        return block["head"] + "".join(f"{line}\n" for line in lines) + block["tail"]
+
+    return BLOCK.sub(fill, text)
+
+
+# The blocks -----------------------------------------------------------------------------------------------------------
+
+
+def machine(results: Results) -> Iterator[str]:
+    """What it was measured on."""
+    yield "| | |"
+    yield "| --- | --- |"
+    builds = dict.fromkeys((row.compiler, row.flags) for row in results.rows if row.compiler and row.threads == 1)
+    kernel = next(iter(builds), ("", ""))
+    words = {**results.machine, "compiler": kernel[0], "flags": f"`{kernel[1]}`"}
+    yield from (f"| {name.replace('_', ' ')} | {text} |" for name, text in words.items())
+    yield f"| load | {results.load[0]:.1f} before, {results.load[1]:.1f} after |"
+
+
+def asked(results: Results) -> Iterator[str]:
+    """The figures asked for, all of the PUMA 560."""
+    yield "| what | type | threads | poses | value | asked | |"
+    yield "| --- | --- | ---: | ---: | ---: | ---: | --- |"
+    for row in results.rows:
+        if row.asked is None:
+            continue
+        time = row.unit == TIME
+        value = f"{row.value:.2f} us" if time else f"{row.ratio or 0:.2f} {row.against}"
+        figure = f"{'<' if time else '>='} {row.asked:g}"
+        layout = "" if time else f", {row.layout}"
+        name = f"{row.what}{layout}"
+        yield f"| {name} | {row.real} | {row.threads} | {row.poses:,} | {value} | {figure} | {_met(row)} |"
+
+
+def kernels(results: Results) -> Iterator[str]:
+    """Rates and shares of the floor, a column for each robot."""
+    robots = tuple(results.operations)
+    yield f"| million poses a second | type | {' | '.join(robots)} |"
+    yield f"| --- | --- |{' ---: |' * len(robots)}"
+    rows = [row for row in results.rows if not row.against.startswith("times") and row.poses == _batch(results)]
+    kinds = dict.fromkeys((row.what, row.layout, row.real) for row in rows if row.what in _KERNEL_ROWS)
+    for what, layout, real in kinds:
+        cells = []
+        for robot in robots:
+            found = [row for row in rows if (row.robot, row.what, row.layout, row.real) == (robot, what, layout, real)]
+            cells.append(_rate(found[0]) if found else "")
+        name = f"{what}, {layout}" if what == _KERNEL else what
+        yield f"| {name} | {real} | {' | '.join(cells)} |"
+
+
+def sizes(results: Results) -> Iterator[str]:
+    """Rates at every size."""
+    rows = [row for row in results.rows if row.what in _SIZE_ROWS and row.threads == 1]
+    last = max((row.poses for row in rows), default=0)
+    robot = next((row.robot for row in rows if row.poses == last), "")
+    counts = sorted({row.poses for row in rows if row.robot == robot})
+    yield f"| million poses a second | type | {' | '.join(f'{count:,} poses' for count in counts)} | last by second |"
+    yield f"| --- | --- |{' ---: |' * len(counts)} ---: |"
+    for what, layout, real in dict.fromkeys((row.what, row.layout, row.real) for row in rows if row.poses == last):
+        same = [row for row in rows if (row.robot, row.what, row.layout, row.real) == (robot, what, layout, real)]
+        # Those of the group of sizes come last, and only they were measured in turns with each other.
+        latest = {row.poses: row for row in same}
+        share = latest[last].ratio
+        name = f"{what}, {layout}" if what == _KERNEL else what
+        cells = " | ".join(f"{latest[count].value:.1f}" for count in counts)
+        yield f"| {name} | {real} | {cells} | {'' if share is None else f'{share:.2f}'} |"
+
+
+def builds(results: Results) -> Iterator[str]:
+    """Other compilers and flags."""
+    yield "| built | type | floor | 4x4 | of its floor | joint-major | of its floor |"
+    yield "| --- | --- | ---: | ---: | ---: | ---: | ---: |"
+    rows = [row for row in results.rows if row.against == "of its floor"]
+    floors = {(row.flags, row.compiler, row.real): row for row in results.rows if row.layout == "sum"}
+    for row in rows:
+        if row.layout != "4x4":
+            continue
+        key = row.flags, row.compiler, row.real
+        other = next(each for each in rows if (each.flags, each.compiler, each.real) == key and each is not row)
+        name = row.what.partition(", from C, ")[2]
+        floor = f"{floors[key].value:.0f}"
+        shares = f"{row.value:.1f} | {row.ratio:.2f} | {other.value:.1f} | {other.ratio:.2f}"
+        yield f"| {name} | {row.real} | {floor} | {shares} |"
+
+
+def peers(results: Results) -> Iterator[str]:
+    """Batches from Python, a column for each robot."""
+    robots = tuple(results.operations)
+    yield f"| million poses a second | type | {' | '.join(robots)} |"
+    yield f"| --- | --- |{' ---: |' * len(robots)}"
+    rows = [row for row in results.rows if _is_peer(row) or row.against.startswith("times the fastest peer")]
+    for what, real in sorted(dict.fromkeys((row.what, row.real) for row in rows), key=lambda kind: kind[1]):
+        cells = []
+        for robot in robots:
+            found = [row for row in rows if (row.robot, row.what, row.real) == (robot, what, real)]
+            cells.append(_number(found[0].value) if found else "")
+        own = not any(_is_peer(row) for row in rows if row.what == what)
+        name = f"**kinegen: {what}**" if own else what
+        yield f"| {name} | {real} | {' | '.join(cells)} |"
+    for real in ("double", "float"):
+        shares = {row.robot: row.ratio or 0 for row in rows if row.against and row.real == real}
+        cells = [f"{shares[robot]:.1f}" if robot in shares else "" for robot in robots]
+        yield f"| times the fastest peer | {real} | {' | '.join(cells)} |"
+    if results.absent:
+        yield ""
+        yield from (f"{name} takes no part with {robot}: {reason}." for robot, name, reason in results.absent)
+
+
+def single(results: Results) -> Iterator[str]:
+    """One configuration from Python."""
+    robots = tuple(results.operations)
+    yield f"| microseconds | {' | '.join(robots)} |"
+    yield f"| --- |{' ---: |' * len(robots)}"
+    rows = [row for row in results.rows if row.unit == TIME]
+    for what in dict.fromkeys(row.what for row in rows):
+        found = {row.robot: row.value for row in rows if row.what == what}
+        cells = [_number(found[robot]) if robot in found else "" for robot in robots]
+        name = what.removeprefix("one call: ")
+        own = any(mark in name for mark in ("fk(", "bind("))
+        yield f"| {f'**kinegen: {name}**' if own else name} | {' | '.join(cells)} |"
+
+
+def instructions(results: Results) -> Iterator[str]:
+    """Counts by callgrind."""
+    robots = tuple(results.operations)
+    yield f"| instructions for a pose | flags | type | {' | '.join(robots)} |"
+    yield f"| --- | --- | --- |{' ---: |' * len(robots)}"
+    found = {(each["what"], each["flags"], each["real"], each["robot"]): each for each in results.instructions}
+    for what, flags, real in dict.fromkeys(key[:3] for key in found):
+        counts = [found[what, flags, real, robot]["instructions"] for robot in robots]
+        yield f"| {what} | `{flags}` | {real} | {' | '.join(f'{count:,.0f}' for count in counts)} |"
+
+
+BLOCKS: dict[str, Callable[[Results], Iterator[str]]] = {
+    each.__name__: each for each in (machine, asked, kernels, sizes, builds, peers, single, instructions)
+}
+
+_KERNEL_ROWS = (
+    "floor: sines and cosines alone",
+    "sines, cosines and the arithmetic, no stores",
+    "batch kernel, from C",
+    "fk(q, out=T), from Python",
+    "fk(q), from Python",
+    "closed form with libm, C loop",
+    "4x4 product with libm, C loop",
+    "reading and writing alone",
+)
+_SIZE_ROWS = _KERNEL_ROWS[:4] + _KERNEL_ROWS[-1:]
+_KERNEL = _KERNEL_ROWS[2]
+
+
+def _batch(results: Results) -> int:
+    return next((row.poses for row in results.rows), 0)
+
+
+def _is_peer(row: Row) -> bool:
+    return not row.compiler and row.unit != TIME
+
+
+def _met(row: Row) -> str:
+    return "met" if row.met else "**not met**"
+
+
+def _rate(row: Row) -> str:
+    share = "" if row.ratio is None else f" ({row.ratio:.2f})"
+    return f"{_number(row.value)}{share}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
