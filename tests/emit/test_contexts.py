@@ -160,7 +160,7 @@ def test_every_template_says_what_it_needs() -> None:
         assert loader
         text = loader.get_source(environment(), name)[0]
 
-        assert re.match(r"\{#.*?Needs:.*?#\}", text, re.DOTALL), name
+        assert re.match(r"\{#.*?Needs\b.*?#\}", text, re.DOTALL), name
 
 
 def test_a_missing_name_is_an_error() -> None:

@@ -11,12 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import _defaults
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import emit_package
 from kinegen.emit.reals import Real
-from kinegen.ir.lower import lower
+from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import Quantity
 from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
@@ -72,7 +71,7 @@ def odd(**changes: str) -> dict[str, str]:
     for before, after in changes.items():
         text = text.replace(before, after)
     arm = loads(text, "odd.yaml")
-    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), _defaults(arm))
+    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), runtime_defaults(arm))
     return emit_formula(given) | emit_package(given, (Real.DOUBLE,), "0123456789abcdef")
 
 
