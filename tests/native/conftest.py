@@ -1,4 +1,4 @@
-"""The made-up robots, built once for all tests."""
+"""The made-up robots, and packages of real ones, built once for all tests."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pytest
 from kinegen.errors import MissingToolError
 from kinegen.native.compiler import find_compiler
 from kinegen.native.package import load_package
+from tests.native.packages import FLAGS, write_package
 from tests.native.sample import Sample
 
 SAMPLES = {
@@ -56,6 +57,22 @@ def load(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Callable[[str
             folder = SAMPLES[name].write(tmp_path_factory.mktemp(backend), cache, native=backend == "c")
             known[name, backend] = load_package(folder)
         return known[name, backend]
+
+    return get
+
+
+@pytest.fixture(scope="session")
+def robot(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Callable[[str, str], ModuleType]:
+    """Build and import the package of a real robot, for flags by name or `numpy`; each once."""
+    known: dict[tuple[str, str], ModuleType] = {}
+
+    def get(name: str, flags: str) -> ModuleType:
+        if flags != "numpy" and not has_compiler():
+            pytest.skip("no C compiler on this machine")
+        if (name, flags) not in known:
+            folder = write_package(name, FLAGS.get(flags), tmp_path_factory.mktemp("robot"), cache)
+            known[name, flags] = load_package(folder)
+        return known[name, flags]
 
     return get
 

@@ -22,9 +22,9 @@ from kinegen.native.flags import Flags
 from kinegen.native.glue import declarations, glue
 from kinegen.native.package import build_extension
 from tests.native.conftest import SAMPLES, needs_compiler
-from tests.native.sample import FLAGS
+from tests.native.sample import FLAGS, Sample
 
-CHAIN = SAMPLES["chain"]
+CHAIN = Sample("chain", reals=("double",))
 pytestmark = needs_compiler
 
 
@@ -118,15 +118,6 @@ def test_the_extension_serves_every_python_3(tmp_path: Path) -> None:
     defined = [line.split()[-1] for line in names.splitlines() if " T " in line]
     assert [name for name in defined if not name.startswith("_")] == ["PyInit__native"]
     assert "_Py" not in names.replace("_Py_Dealloc", "").replace("_Py_NoneStruct", "")
-
-
-@pytest.mark.parametrize(("flags", "expected"), [
-    (Flags(march=None), ("-std=c99", "-O3", "-ffp-contract=fast")),
-    (Flags(march="x86-64-v3", contraction=False), ("-std=c99", "-O3", "-ffp-contract=off", "-march=x86-64-v3")),
-    (Flags(march=None, optimisation="1", extra=("-g",)), ("-std=c99", "-O1", "-ffp-contract=fast", "-g")),
-])  # fmt: skip
-def test_flags_become_arguments(flags: Flags, expected: tuple[str, ...]) -> None:
-    assert flags.arguments() == expected
 
 
 def test_the_stamp_depends_on_names_and_texts_alone() -> None:

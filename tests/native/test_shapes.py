@@ -11,39 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from tests.native.arrays import WAYS, arranged
 from tests.native.conftest import SAMPLES
 
-Array = NDArray[Any]
 Loader = Callable[[str, str], ModuleType]
 
 DTYPES = ["f8", "f4", "f2", ">f8", ">f4", "g", "i1", "i4", "u8", "?"]
-WAYS = ["plain", "fortran", "sliced", "reversed", "transposed", "odd", "broadcast", "read-only"]
-
-
-def arranged(values: Array, way: str) -> Array:
-    """The same values in memory in another way; some ways need a second axis."""
-    if way == "fortran":
-        return np.asfortranarray(values)
-    if way == "sliced":
-        wide = np.zeros([2 * extent for extent in values.shape], values.dtype)
-        view = wide[tuple(slice(None, None, 2) for _ in values.shape)]
-    elif way == "reversed":
-        view = np.zeros(values.shape, values.dtype)[tuple(slice(None, None, -1) for _ in values.shape)]
-    elif way == "transposed":
-        view = np.moveaxis(np.zeros(np.roll(values.shape, 1), values.dtype), 0, -1)
-    elif way == "odd":
-        # One byte off: no processor's idea of aligned.
-        raw = bytearray(values.nbytes + 1)
-        view = np.frombuffer(raw, values.dtype, math.prod(values.shape), 1).reshape(values.shape)
-    elif way == "broadcast":
-        return np.broadcast_to(values[:1], values.shape) if values.ndim > 1 else values
-    else:
-        view = values.copy()
-    view[...] = values
-    view.flags.writeable = way != "read-only"
-    return view
 
 
 @st.composite

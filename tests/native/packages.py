@@ -1,0 +1,68 @@
+"""Packages of real robots, as a build writes them, without the proof that a build ends with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.files import stamp_of
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python.package import emit_package
+from kinegen.emit.reals import Real
+from kinegen.naming import EXTENSION
+from kinegen.native.flags import Flags
+from kinegen.native.package import build_extension, interface_of
+from tests.emit.emitted import kernels
+
+REALS = tuple(Real)
+
+FLAGS = {
+    "default": Flags(),
+    "reproducible": Flags(contraction=False),
+    "portable": Flags(portable=True),
+    "portable, reproducible": Flags(portable=True, contraction=False),
+}
+
+
+@cache
+def programs(name: str, flags: Flags | None) -> Kernels:
+    """A robot of `robots/`; portable packages compute poses alone here, since every variant takes its time."""
+    full = kernels(name)
+    return replace(full, programs=full.programs[:1]) if flags and flags.portable else full
+
+
+def sources(robot: Kernels) -> dict[str, str]:
+    """Its C files, in both number types."""
+    found: dict[str, str] = {}
+    for real in REALS:
+        found |= emit_kernel(robot, real) | emit_batch(robot, real)
+    return found
+
+
+def write_package(name: str, flags: Flags | None, folder: Path, cache_folder: Path) -> Path:
+    """Write a package with its extension.
+
+    Args:
+        name: A robot of `robots/`.
+        flags: How to compile; None for no extension.
+        folder: Where the package folder goes.
+        cache_folder: Cache of compiled extensions.
+
+    Returns:
+        The package folder.
+    """
+    package = folder / name
+    package.mkdir(parents=True)
+    robot = programs(name, flags)
+    texts = sources(robot)
+    modules = emit_formula(robot) | emit_package(robot, REALS, stamp_of(texts))
+    for file, text in modules.items():
+        (package / file).write_text(text, encoding="utf-8", newline="\n")
+    if flags is not None:
+        extension = build_extension(interface_of(robot, REALS), texts, flags, cache_folder)
+        (package / EXTENSION).write_bytes(extension.content)
+    return package
