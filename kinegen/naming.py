@@ -105,8 +105,8 @@ def python_identifier(name: str) -> str:
 
 
 def prefix(robot: str, real: str) -> str:
-    """What the C names and files of one number type begin with: `puma560` or `puma560_f32`."""
-    return robot if real == "double" else f"{robot}_f32"
+    """What the C names and files of one number type begin with: `puma560`, `puma560_f32` or `puma560_q30`."""
+    return robot + {"double": "", "float": "_f32", "q30": "_q30"}[real]
 
 
 def function(robot: str, output: str, real: str = "double", *, batch: bool = False) -> str:

@@ -58,7 +58,7 @@ def plan_fixed(robot: Robot, programs: Sequence[Program]) -> tuple[Scales, tuple
 
 def fitting_bits(largest: float) -> int:
     """The most fraction bits with which a magnitude stays within int32_t."""
-    return min(_FINEST, math.floor(math.log2(LARGEST / largest)))
+    return min(_FINEST, math.frexp(LARGEST / largest)[1] - 1)
 
 
 def _input_scales(robot: Robot) -> Scales:
