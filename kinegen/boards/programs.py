@@ -43,6 +43,23 @@ class TableEntry:
     beyond: str
 
 
+@dataclass(frozen=True, slots=True)
+class Table:
+    """What the template `boards/kernels.c.jinja` is given.
+
+    Attributes:
+        headers: The headers of the kernels.
+        kernels: The kernels.
+        joints: Room for any joint vector.
+        numbers: Room for any result.
+    """
+
+    headers: tuple[str, ...]
+    kernels: tuple[TableEntry, ...]
+    joints: int
+    numbers: int
+
+
 def write_kernels(folder: Path, robots: Sequence[Kernels], real: Real) -> tuple[Path, ...]:
     """Write the C of some robots and the table of their kernels.
 
@@ -103,16 +120,13 @@ def build_program(
 def _write(folder: Path, robots: Sequence[Kernels], real: Real, entries: Sequence[TableEntry]) -> tuple[Path, ...]:
     contexts = [kernel_context(kernels, real) for kernels in robots]
     texts = {name: text for kernels in robots for name, text in emit_kernel(kernels, real).items()}
-    texts["kernels.c"] = (
-        environment()
-        .get_template("boards/kernels.c.jinja")
-        .render(
-            headers=[context.header for context in contexts],
-            kernels=entries,
-            joints=max([1, *(entry.joints for entry in entries)]),
-            numbers=max(entry.numbers for entry in entries),
-        )
+    table = Table(
+        headers=tuple(context.header for context in contexts),
+        kernels=tuple(entries),
+        joints=max([1, *(entry.joints for entry in entries)]),
+        numbers=max(entry.numbers for entry in entries),
     )
+    texts["kernels.c"] = environment().get_template("boards/kernels.c.jinja").render(t=table)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
     return (*(folder / context.source for context in contexts), folder / "kernels.c")
