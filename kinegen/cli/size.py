@@ -52,7 +52,7 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...], as_json: bool) -> None:
-    r"""Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
+    """Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
 
     \b
     function       bytes of the kernel function alone
@@ -61,7 +61,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     instructions   of one call (on an AVR: cycles); two numbers where they depend on the angles
 
     Counts are exact and repeatable, but instructions are no cycles: wait states and the latency of the FPU come on top.
-    """
+    """  # noqa: D301 - click wants the character, not the two letters
     from kinegen.boards.cost import measure
     from kinegen.build import lower_file
     from kinegen.emit.reals import Real

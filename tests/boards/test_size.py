@@ -70,3 +70,11 @@ def test_the_document_holds_everything(capsys: pytest.CaptureFixture[str]) -> No
     ]
     assert all(0 < cost["calls"]["least"] <= cost["calls"]["most"] for cost in document["costs"])
     assert document["costs"][0]["operations"]["sine_cosines"] == 2
+
+
+def test_help_explains_the_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["size", "--help"])
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
+
+    assert status == 0
+    assert "function       bytes of the kernel function alone" in lines
