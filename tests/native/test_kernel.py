@@ -169,6 +169,23 @@ def test_the_pool_is_made_once_and_only_for_large_batches(load: Loader, backend:
     assert pool._threads
 
 
+def test_first_calls_at_once_share_one_pool(load: Loader, backend: str) -> None:
+    module = load("tree", backend)
+    kernel = sys.modules[f"{module.__name__}._kernel"]
+    kernel._pools.clear()
+    start = threading.Barrier(8)
+
+    def call(_: int) -> bool:
+        start.wait()
+        return bool(module.fk(np.ones((20_000, 3)), threads=3).all())
+
+    with ThreadPoolExecutor(8) as callers:
+        list(callers.map(call, range(8)))
+
+    assert len(kernel._pools) == 1
+    assert len(kernel._pools[""]._threads) <= (os.cpu_count() or 1)
+
+
 def test_an_error_in_a_thread_comes_out(load: Loader) -> None:
     kernel = load("chain", "numpy").fk
     formula, calls = kernel._engine._formula, []
@@ -287,9 +304,21 @@ def test_a_bound_step_keeps_its_arrays(chain: ModuleType) -> None:
     assert all(reference() is not None for reference in alive)
 
 
+def test_arrays_in_files_and_read_only_ones_can_be_bound(chain: ModuleType, tmp_path: Path) -> None:
+    q, out = np.memmap(tmp_path / "q", "f8", "w+", shape=3), np.memmap(tmp_path / "out", "f8", "w+", shape=(4, 4))
+    view = q[:]
+    view.flags.writeable = False
+    for source in (q, view, np.asarray(view)):
+        q[:] += 1
+        chain.fk.bind(source, out)()
+
+        assert np.array_equal(chain.fk(np.asarray(q)), out)
+
+
 @pytest.mark.parametrize(
     ("q", "out", "error", "words"),
     [
+        (np.ma.zeros(3), np.empty((4, 4)), TypeError, "q is a MaskedArray"),
         ([1.0, 2.0, 3.0], np.empty((4, 4)), TypeError, "bind needs q as an array of float64 or float32"),
         (np.zeros(3, int), np.empty((4, 4)), TypeError, "bind needs q as an array of float64 or float32"),
         (np.zeros(3), np.empty((4, 3)), ValueError, "out has shape (4, 3)"),
