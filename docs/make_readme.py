@@ -34,6 +34,8 @@ MEASURED = (
     (re.compile(r"^(  compile) .*$", re.M), r"\1"),  # compiled, or from the cache
     (re.compile(r"^(    (C|NumPy) [^\n]*?)  +\w+ (.* holds)$", re.M), r"\1 \3"),  # the output with the worst error
     (re.compile(r"^  worst (double|float): .*\n(    .*\n)*", re.M), ""),  # and its place
+    (re.compile(r"^  measure .*\n", re.M), ""),  # a cross compiler and its emulator may be missing
+    (re.compile(r"^  float on .*\n(    .*\n)*", re.M), ""),
     (re.compile(r"(?<=\S) +"), " "),  # the widths of columns of all these
 )
 

@@ -19,12 +19,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from kinegen.boards.cost import Cost
+from kinegen.boards.usual import USUAL_TARGET, can_measure, usual_costs
 from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
-from kinegen.errors import MissingToolError
+from kinegen.errors import KinegenError, MissingToolError
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
@@ -93,6 +95,7 @@ class BuildResult:
         written: The files and whether each was new, changed or untouched.
         proof: The comparisons, all of which hold.
         backend: What the proof ran: `c`, or `numpy` without a compiler.
+        costs: What the float kernels cost on a usual microcontroller; empty where that cannot be measured.
         stages: The stages with their times.
         notes: Sentences that the user should read.
     """
@@ -105,6 +108,7 @@ class BuildResult:
     written: tuple[Written, ...]
     proof: Proof
     backend: str
+    costs: tuple[Cost, ...]
     stages: tuple[Stage, ...]
     notes: tuple[str, ...]
 
@@ -166,6 +170,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         contents = _contents(emitted, extension)
         proof, backend = prove_package(robot, contents, options.quantities, tuple(map(str, options.reals)))
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
+    costs = _measure(kernels, options, clock)
     with clock.stage("write") as detail:
         folder = options.output / robot.name
         written = write_files(folder, project or contents, _stale_below(folder) if project else _stale(emitted))
@@ -179,6 +184,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         written=written,
         proof=proof,
         backend=backend,
+        costs=costs,
         stages=tuple(clock.stages),
         notes=(*notes, *(str(note) for note in nearly_special(robot))),
     )
@@ -209,6 +215,20 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return build_extension(interface_of(kernels, options.reals), emitted.sources, options.flags), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
+
+
+def _measure(kernels: Kernels, options: BuildOptions, clock: _Clock) -> tuple[Cost, ...]:
+    """Costs on a microcontroller; a build does not fail because an emulator does."""
+    if not options.compile or Real.FLOAT not in options.reals or not can_measure():
+        return ()
+    with clock.stage("measure") as detail:
+        try:
+            costs = usual_costs(kernels)
+        except KinegenError as error:
+            detail.append(error.message)
+            return ()
+        detail.append(f"on {USUAL_TARGET}")
+        return costs
 
 
 def _contents(emitted: Emitted, extension: Extension | None) -> dict[str, str | bytes]:

@@ -28,7 +28,7 @@ def report_lines(result: BuildResult, *, brief: bool) -> list[str]:
         result: The build.
         brief: Whether it is one of several, so that files and proof get a line each.
     """
-    lines = [*_operations(result), *_sums(result)]
+    lines = [*_operations(result), *_sums(result), *_cost_lines(result)]
     lines += [*_note_lines(result)]
     if brief:
         return [*lines, _files_line(result), _proof_line(result), ""]
@@ -51,6 +51,18 @@ def _sums(result: BuildResult) -> list[str]:
     names = [f"c{angle.label} = cos({angle.text})" for angle in result.angles if angle.is_sum]
     lines = filled(names, f"{_INDENT}  ") if names else [f"{_INDENT}  none"]
     return [f"{_INDENT}{strong('angle sums')}", *lines]
+
+
+def _cost_lines(result: BuildResult) -> list[str]:
+    """What the float kernels cost on a microcontroller."""
+    if not result.costs:
+        return []
+    rows = [("    kernel", "flags", "flash", "stack", result.costs[0].unit)]
+    for cost in result.costs:
+        figures = (f"{cost.flash} B", f"{cost.stack} B", str(cost.calls or "-"))
+        rows.append((f"    {cost.quantity}", cost.optimisation, *figures))
+    title = f"float on {result.costs[0].target} ({result.costs[0].compiler})"
+    return [f"{_INDENT}{strong(title)}", *columns(rows, left=frozenset({0, 1}))]
 
 
 def _note_lines(result: BuildResult) -> list[str]:

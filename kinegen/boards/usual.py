@@ -1,0 +1,70 @@
+"""What a build says of firmware without being asked: the cost on the usual microcontroller, where it can be measured.
+
+Emulators take seconds, so the figures are remembered in the user's cache, by the text of the kernels and the compiler.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+from kinegen.boards.cost import Calls, Cost, better, measure
+from kinegen.boards.targets import find_target
+from kinegen.boards.toolchain import find_cross_compiler
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.errors import MissingToolError
+from kinegen.ir.program import Count
+from kinegen.native.cache import Cache
+from kinegen.outputs import Quantity
+
+USUAL_TARGET = "cortex-m4f"
+"""The microcontroller that most arms are driven by; its FPU is for floats."""
+
+
+def can_measure() -> bool:
+    """Whether the compiler of the usual target is installed."""
+    try:
+        find_cross_compiler(find_target(USUAL_TARGET))
+    except MissingToolError:
+        return False
+    return True
+
+
+def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
+    """The cost of the float kernels on the usual target.
+
+    Args:
+        kernels: The robot and its programs.
+
+    Returns:
+        For each kernel the better of the optimisation levels.
+
+    Raises:
+        MissingToolError: If there is no compiler for the target.
+    """
+    target = find_target(USUAL_TARGET)
+    store = Cache()
+    key = store.key("cost", sorted(emit_kernel(kernels, Real.FLOAT).items()), find_cross_compiler(target))
+    known = store.load(key)
+    if known is not None:
+        return tuple(_restored(entry) for entry in json.loads(known))
+    costs = measure(kernels, Real.FLOAT, target)
+    chosen = tuple(
+        better([cost for cost in costs if cost.quantity is program.quantity]) for program in kernels.programs
+    )
+    if all(cost.calls is not None for cost in chosen):
+        store.save(key, json.dumps([asdict(cost) for cost in chosen]).encode())
+    return chosen
+
+
+def _restored(entry: dict[str, Any]) -> Cost:
+    records = {
+        "quantity": Quantity(entry["quantity"]),
+        "real": Real(entry["real"]),
+        "calls": Calls(**entry["calls"]),
+        "operations": Count(**entry["operations"]),
+    }
+    return Cost(**{**entry, **records})
