@@ -93,3 +93,33 @@ def load_package(folder: Path) -> ModuleType:
             del sys.modules[loaded]
         raise
     return module
+
+
+def runnable_variants(package: ModuleType) -> tuple[str, ...]:
+    """The variants of a portable package's batch kernels that this processor can run.
+
+    Args:
+        package: An imported package.
+
+    Returns:
+        Their names, plainest first; the last one is in use afterwards. None where there is only one form.
+    """
+    native = getattr(package, "_native", None)
+    names = [variant.name for variant in Flags(portable=True).variants]
+    if native is None or native.ffi.string(native.lib.kinegen_variant()).decode().partition(",")[0] not in names:
+        return ()
+    return tuple(name for name in names if select_variant(package, name))
+
+
+def select_variant(package: ModuleType, name: str) -> bool:
+    """Use a variant from now on, for all who imported this very extension.
+
+    Args:
+        package: An imported portable package.
+        name: Name of the variant.
+
+    Returns:
+        Whether there is such a variant and this processor can run it; otherwise nothing changes.
+    """
+    native = getattr(package, "_native", None)
+    return native is not None and bool(native.lib.kinegen_select(name.encode()))

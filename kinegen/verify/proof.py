@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from kinegen import reference
 from kinegen.errors import ProofError
+from kinegen.native.package import runnable_variants, select_variant
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
@@ -124,15 +126,23 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
 def _ways(
     package: ModuleType, kernel: Any, quantity: Quantity, real: str
 ) -> list[tuple[str, Callable[[Floats], Floats]]]:
-    """The ways to evaluate a kernel: compiled one by one, compiled as a batch, and in NumPy."""
+    """The ways to evaluate a kernel: compiled one by one, compiled as a batch (in each variant), and in NumPy."""
     ways: list[tuple[str, Callable[[Floats], Floats]]] = [(f"NumPy {real}", _numpy_form(package, kernel, quantity))]
     if kernel.backend == "c":
+        variants = runnable_variants(package)
+        batches = [(f"C {real}, batch {name}", partial(_in_variant, package, kernel, name)) for name in variants]
         ways = [
             (f"C {real}", lambda points: np.stack([kernel(point) for point in points])),
-            (f"C {real}, batch", kernel),
+            *(batches or [(f"C {real}, batch", kernel)]),
             *ways,
         ]
     return ways
+
+
+def _in_variant(package: ModuleType, kernel: Any, name: str, points: Floats) -> Floats:
+    select_variant(package, name)
+    result: Floats = kernel(points)
+    return result
 
 
 def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Callable[[Floats], Floats]:

@@ -150,6 +150,7 @@ def test_the_command_line_chooses(
     output = ["-o", str(tmp_path / "out"), "--outputs", "pose", "--real", "double"]
 
     assert main(["build", str(planar), *output, *options]) == 0, capfd.readouterr().err
+    assert ("C double, batch baseline" in capfd.readouterr().out) == ("--portable" in options), "each one is proven"
     assert load_package(tmp_path / "out" / "stick").fk.variant in variant.split("|")
 
 
