@@ -18,7 +18,9 @@ TURN = 2**32
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 
-_EXACT = Arithmetic(number=lambda value: value, pi=PI, functions={"sqrt": lambda value: Fraction(math.sqrt(value))})
+EXACT = Arithmetic(number=Fraction, pi=PI, functions={"sqrt": lambda value: Fraction(math.sqrt(value))})
+"""Fractions; roots alone are floats."""
+
 _FINEST_PART = 30
 
 
@@ -98,7 +100,7 @@ class Turns:
             what, line, ends = f"runtime parameter '{parameter.name}'", parameter.line, (parameter.value,)
         else:
             raise refuse(self.robot, f"{factor} times a sum of angles is not clear in binary angles")
-        angles = [nearest_integer(evaluate(end, {}, _EXACT) * TURN / (2 * PI)) for end in ends]
+        angles = [nearest_integer(evaluate(end, {}, EXACT) * TURN / (2 * PI)) for end in ends]
         if not angles or min(angles) < -TURN // 2 or max(angles) >= TURN // 2:
             needed = "limits within half a turn to either side" if isinstance(operand, Variable) else "a smaller value"
             raise refuse(

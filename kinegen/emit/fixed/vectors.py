@@ -1,0 +1,138 @@
+"""Test vectors and a self-test of the integer kernels; the expected values come from the caller, as integers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from kinegen.emit.c.kernel import output_argument
+from kinegen.emit.environment import environment
+from kinegen.emit.fixed import Q30
+from kinegen.emit.fixed.kernels import FixedKernels
+from kinegen.emit.kernels import provenance
+from kinegen.ir.fixed.program import FixedProgram
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, selftest_file, vectors_file
+from kinegen.outputs import Quantity
+
+IntegerRow = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FixedVectors:
+    """Joint vectors and the integers next to what the kernels must return for them.
+
+    Attributes:
+        inputs: Joint vectors, as the kernels take them.
+        expected: For each quantity and joint vector, the entries of the output array in order, without the constant
+            last row of a matrix.
+    """
+
+    inputs: tuple[IntegerRow, ...]
+    expected: Mapping[Quantity, tuple[IntegerRow, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class FixedCheck:
+    """The check of one kernel."""
+
+    function: str
+    array: str
+    rows: tuple[str, ...]
+    entries: int
+    frames: int
+    total: int
+    stride: int
+    output: str
+    first: str
+    call: str
+
+
+@dataclass(frozen=True, slots=True)
+class FixedVectorContext:
+    """What the templates `fixed/vectors.h.jinja` and `fixed/selftest.c.jinja` are given."""
+
+    header: str
+    source: str
+    kernel_header: str
+    guard: str
+    provenance: str
+    description: str
+    robot: str
+    prefix: str
+    count_macro: str
+    tolerance_macro: str
+    count: int
+    dof: int
+    dof_macro: str
+    inputs: tuple[str, ...]
+    checks: tuple[FixedCheck, ...]
+    tolerance: int
+
+
+def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, str]:
+    """Print the vectors and the self-test.
+
+    Args:
+        fixed: The robot and its integer programs.
+        vectors: The data.
+
+    Returns:
+        Text by file name.
+    """
+    robot = fixed.robot
+    stem = prefix(robot.name, Q30)
+    context = FixedVectorContext(
+        header=vectors_file(robot.name, Q30),
+        source=selftest_file(robot.name, Q30),
+        kernel_header=c_file(robot.name, "h", Q30),
+        guard=guard(vectors_file(robot.name, Q30)),
+        provenance=provenance(robot),
+        description=comment_text(robot.description),
+        robot=robot.name,
+        prefix=stem,
+        count_macro=macro(stem, "VECTORS"),
+        tolerance_macro=macro(stem, "TOLERANCE"),
+        count=len(vectors.inputs),
+        dof=robot.dof,
+        dof_macro=macro(robot.name, "DOF"),
+        inputs=tuple(_row(entries) for entries in vectors.inputs),
+        checks=tuple(_check(fixed, program, vectors) for program in fixed.programs),
+        tolerance=tolerance(fixed),
+    )
+    return {
+        name: environment().get_template(template).render(k=context)
+        for name, template in ((context.header, "fixed/vectors.h.jinja"), (context.source, "fixed/selftest.c.jinja"))
+    }
+
+
+def tolerance(fixed: FixedKernels) -> int:
+    """How far results may be from the rounded exact ones, in units of the last place."""
+    return math.floor(max(error for program in fixed.programs for error in program.errors) + 0.5)
+
+
+def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) -> FixedCheck:
+    robot, quantity = fixed.robot, program.program.quantity
+    name = function(robot.name, quantity.function, Q30)
+    output, extent = output_argument(fixed.kernels, program.program)
+    stride = 16 if quantity.is_pose else 3
+    inputs = ["q"] if robot.dof else []
+    if robot.runtime_parameters:
+        inputs.append(f"&{prefix(robot.name, Q30)}_default_params")
+    return FixedCheck(
+        function=name,
+        array=f"{name}_expected",
+        rows=tuple(_row(entries) for entries in vectors.expected[quantity]),
+        entries=quantity.entries,
+        frames=len(program.program.frames),
+        total=quantity.entries * len(program.program.frames),
+        stride=stride,
+        output=f"{output}[{extent}][{stride}]" if extent else f"{output}[{stride}]",
+        first=f"&{output}[0][0]" if extent else f"&{output}[0]",
+        call=f"{name}({', '.join([*inputs, output])})",
+    )
+
+
+def _row(entries: Sequence[int]) -> str:
+    # The literal 2147483648 does not fit an int32_t, and its negation is no literal.
+    return "{" + ", ".join(f"{entry}" if entry > -(2**31) else "-2147483647 - 1" for entry in entries) + "}"
