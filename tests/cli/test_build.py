@@ -253,8 +253,9 @@ def test_two_robots_of_one_name_do_not_share_a_folder(
 
 
 def test_a_failing_proof_exits_with_1_and_writes_nothing(
-    two: str, out: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    two: str, out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))  # where no proof is remembered
     honest = proof.prove
 
     def doubtful(*arguments: Any) -> Proof:
@@ -295,7 +296,7 @@ def test_debug_shows_where_a_proof_failed(
     def refuse(*_: Any) -> Proof:
         raise ProofError("it does not hold")
 
-    monkeypatch.setattr(building, "prove_package", refuse)
+    monkeypatch.setattr(building, "proof_of", refuse)
 
     assert main(["--debug", "build", "--no-compile", two, "-o", str(out)]) == 1
 
