@@ -165,7 +165,7 @@ def two_digits(error: float) -> str:
     if math.isinf(error):
         return "infinity"
     rounded = _TWO_DIGITS.create_decimal(Decimal(error))
-    return f"{rounded:.1e}".replace("e-0", "e-").replace("e+0", "e") if rounded else "0"
+    return f"{rounded:.1e}".replace("e+", "e") if rounded else "0"
 
 
 def _listed(names: Sequence[str]) -> str:
