@@ -39,6 +39,7 @@ from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain
 from kinegen.verify.nearly import nearly_special
+from kinegen.verify.precision import precision_notes
 from kinegen.verify.proof import Proof
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
@@ -187,7 +188,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *(str(note) for note in nearly_special(robot))),
+        notes=(*notes, *map(str, nearly_special(robot)), *precision_notes(kernels, options.reals)),
     )
 
 

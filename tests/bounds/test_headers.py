@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import lower_file
+from kinegen.build import BuildOptions, build, lower_file
 from kinegen.emit.accuracy import error_bound, two_digits
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
@@ -93,6 +93,13 @@ def test_a_calibrated_table_whose_lengths_cancel_gets_a_note() -> None:
     )
     assert "double kernels" in found[0]
     assert "Hayati" in found[0]
+
+
+def test_a_build_says_so(tmp_path: Path) -> None:
+    options = BuildOptions(output=tmp_path, quantities=(Quantity.POSITION,), compile=False)
+    notes = build(CALIBRATED, options, lambda _: None).notes
+
+    assert [note for note in notes if note.startswith("float results may be off")] == [notes[-1]]
 
 
 @pytest.mark.parametrize("name", ["puma560", "human_body", "hand", "calibrated_2r", "blocks", "spherical_joint"])
