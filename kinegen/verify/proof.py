@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from types import ModuleType
-from typing import Any
 
 import mpmath
 import numpy as np
@@ -15,19 +13,21 @@ from numpy.typing import NDArray
 
 from kinegen import reference
 from kinegen.errors import ProofError
-from kinegen.native.package import runnable_variants, select_variant
 from kinegen.outputs import Quantity
+from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import proof_samples, vector_samples
 from kinegen.verify.tolerances import TOLERANCES
 from kinegen.verify.vectors import quantity_frames
+from kinegen.verify.ways import DTYPES, Floats, ways_to_call
 
-Floats = NDArray[np.floating[Any]]
 FloatArray = NDArray[np.float64]
 
-DTYPES: dict[str, np.dtype[Any]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
-"""NumPy's names of the number types."""
+MOVED_POSES = 1024
+"""Joint vectors that are tried with other values of the runtime parameters."""
+
+_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,56 +109,53 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         The comparisons; see `Proof.require`.
     """
     samples = proof_samples(robot)
-    extent = reach(robot)
-    comparisons: list[Comparison] = []
+    comparisons = _compare_ways(robot, package, quantities, reals, samples)
+    if robot.runtime_parameters:
+        moved, values = move_parameters(robot)
+        others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
+        comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+    comparisons += [_exact(robot, package, quantity) for quantity in quantities if "double" in reals]
+    return Proof(reach(robot), tuple(comparisons))
+
+
+def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
+    """Give every runtime parameter another value, so that a kernel that ignores or mixes them up is seen.
+
+    Args:
+        robot: A robot with runtime parameters.
+
+    Returns:
+        The robot with its parameters moved, each in its own way, and their values, which floats hold exactly.
+    """
+    moved: dict[str, Fraction] = {}
+    for place, parameter in enumerate(robot.runtime_parameters, start=1):
+        value = float(evaluate(parameter.value, {}, _FLOATS))
+        moved[parameter.name] = Fraction(float(np.float32(value * (1 + place / 16) + 1 / 32)))
+    parameters = tuple(
+        replace(parameter, value=number(moved[parameter.name])) if parameter.runtime else parameter
+        for parameter in robot.parameters
+    )
+    return replace(robot, parameters=parameters), tuple(float(value) for value in moved.values())
+
+
+def _compare_ways(
+    robot: Robot,
+    package: ModuleType,
+    quantities: tuple[Quantity, ...],
+    reals: tuple[str, ...],
+    samples: FloatArray,
+    parameters: tuple[float, ...] | None = None,
+) -> list[Comparison]:
+    comparisons = []
     for real in reals:
         points = samples.astype(DTYPES[real])
         known = reference.frames(robot, points.astype(np.float64))
         for quantity in quantities:
-            kernel = getattr(package, quantity.function)
             expected = expected_results(robot, quantity, known)
-            for target, call in _ways(package, kernel, quantity, real):
-                comparisons.append(_compare(robot, quantity, target, points, call(points), expected, extent, real))
-    comparisons += [_exact(robot, package, quantity, extent) for quantity in quantities if "double" in reals]
-    return Proof(extent, tuple(comparisons))
-
-
-def _ways(
-    package: ModuleType, kernel: Any, quantity: Quantity, real: str
-) -> list[tuple[str, Callable[[Floats], Floats]]]:
-    """The ways to evaluate a kernel: compiled one by one, compiled as a batch (in each variant), and in NumPy."""
-    ways: list[tuple[str, Callable[[Floats], Floats]]] = [(f"NumPy {real}", _numpy_form(package, kernel, quantity))]
-    if kernel.backend == "c":
-        variants = runnable_variants(package)
-        batches = [(f"C {real}, batch {name}", partial(_in_variant, package, kernel, name)) for name in variants]
-        ways = [
-            (f"C {real}", lambda points: np.stack([kernel(point) for point in points])),
-            *(batches or [(f"C {real}, batch", kernel)]),
-            *ways,
-        ]
-    return ways
-
-
-def _in_variant(package: ModuleType, kernel: Any, name: str, points: Floats) -> Floats:
-    select_variant(package, name)
-    result: Floats = kernel(points)
-    return result
-
-
-def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Callable[[Floats], Floats]:
-    """The same kernel as it would be without the compiled extension."""
-    params = getattr(package, "Params", None)
-    numpy_form: Callable[[Floats], Floats] = type(kernel)(
-        quantity.function,
-        module=package.__name__,
-        symbol="",
-        dof=kernel.dof,
-        shape=kernel.shape,
-        reals=tuple(str(dtype) for dtype in DTYPES.values()),
-        formula=getattr(sys.modules[f"{package.__name__}._numpy"], quantity.function),
-        params=params() if params else None,
-    )
-    return numpy_form
+            for way in ways_to_call(package, quantity, real, parameters):
+                result = way.call(points)
+                comparisons.append(_compare(robot, quantity, way.target, points, result, expected, real))
+    return comparisons
 
 
 def expected_results(robot: Robot, quantity: Quantity, known: dict[str, FloatArray]) -> FloatArray:
@@ -173,9 +170,9 @@ def _compare(
     points: Floats,
     result: Floats,
     expected: FloatArray,
-    extent: float,
     real: str,
 ) -> Comparison:
+    extent = reach(robot, quantity_frames(robot, quantity))
     relative = TOLERANCES.double if real == "double" else TOLERANCES.float
     frames = quantity_frames(robot, quantity)
     if quantity.is_pose:
@@ -201,8 +198,9 @@ def _compare(
     )
 
 
-def _exact(robot: Robot, package: ModuleType, quantity: Quantity, extent: float) -> Comparison:
+def _exact(robot: Robot, package: ModuleType, quantity: Quantity) -> Comparison:
     """The double kernel against 50 digits, which shows its own error and not the reference's rounding."""
+    extent = reach(robot, quantity_frames(robot, quantity))
     points = vector_samples(robot)
     kernel = getattr(package, quantity.function)
     frames = quantity_frames(robot, quantity)

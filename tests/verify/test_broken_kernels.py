@@ -1,0 +1,216 @@
+"""A wrong kernel cannot pass: what an emitter prints is broken on purpose, and the build refuses it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinegen.emit import files
+from kinegen.emit.reals import Real
+from kinegen.errors import CompileError, ProofError
+from kinegen.native.compile import Extension
+from kinegen.outputs import Quantity
+from kinegen.verify import staging
+from tests.builds.workshop import TREE, make, picture, write_robot
+
+Change = Callable[[str], str]
+
+
+def first(pattern: str, replacement: str, after: str = "") -> Change:
+    """Replace the first place that matches, behind a text."""
+
+    def change(text: str) -> str:
+        head, mark, rest = text.partition(after) if after else ("", "", text)
+        return head + mark + re.sub(pattern, replacement, rest, count=1, flags=re.DOTALL)
+
+    return change
+
+
+def break_emitter(monkeypatch: pytest.MonkeyPatch, emitter: str, suffix: str, change: Change, real: Any = None) -> None:
+    """Change one file of what an emitter prints, for one number type or for all."""
+    honest = getattr(files, emitter)
+
+    def dishonest(kernels: Any, *rest: Any) -> dict[str, str]:
+        texts: dict[str, str] = honest(kernels, *rest)
+        if real is not None and rest[0] is not real:
+            return texts
+        name = next(name for name in texts if name.endswith(suffix))
+        broken = change(texts[name])
+
+        assert broken != texts[name], "nothing was broken"
+        return texts | {name: broken}
+
+    monkeypatch.setattr(files, emitter, dishonest)
+
+
+KERNEL = "void arm_fk("
+KERNEL_F32 = "void arm_f32_fk("
+TILE = "_tile("
+
+TWICE = r"base_T_tool\[3\] = (\w+);(.*?)base_T_tool\[7\] = (\w+);"
+NAN = "(q[0] - q[0]) / (q[0] - q[0])"
+
+# Emitter, file, change, number type, and what the message names.
+BREAKS = {
+    "a sign, C double": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL), Real.DOUBLE, "C double"),
+    "a sign, C float": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL_F32), Real.FLOAT, "C float"),
+    "a sign, batch of doubles": ("emit_batch", ".c", first(r"0\.25", "-0.25", TILE), Real.DOUBLE, "C double, batch"),
+    "a sign, batch of floats": ("emit_batch", ".c", first(r"0\.25F", "-0.25F", TILE), Real.FLOAT, "C float, batch"),
+    "a sign, NumPy": ("emit_formula", "_numpy.py", first(r" \* ", " + ", "def fk("), None, "NumPy double"),
+    "two entries exchanged": (
+        "emit_kernel",
+        ".c",
+        first(TWICE, r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;"),
+        Real.DOUBLE,
+        "C double",
+    ),
+    "the last row": ("emit_kernel", ".c", first(r"\[15\] = 1", "[15] = 2"), Real.DOUBLE, "C double"),
+    "the tenth digit of a length": (
+        "emit_kernel",
+        ".c",
+        first(r"0\.25", "0.2500000001", KERNEL),
+        Real.DOUBLE,
+        "C double",
+    ),
+    "the fifth digit of a float": (
+        "emit_kernel",
+        ".c",
+        first(r"0\.25F", "0.25003F", KERNEL_F32),
+        Real.FLOAT,
+        "C float",
+    ),
+    "a double that was a float": (
+        "emit_kernel",
+        ".c",
+        first(r"0\.8660254037844386", "0.8660254", KERNEL),
+        Real.DOUBLE,
+        "C double",
+    ),
+    "a coefficient of the sine": ("emit_kernel", ".c", first(r"- 0\.166666", "- 0.166667"), Real.DOUBLE, "C double"),
+    "one of two equal parameters for the other": (
+        "emit_kernel",
+        ".c",
+        first("params->near", "params->far", KERNEL),
+        Real.DOUBLE,
+        "C double, other parameters",
+    ),
+    "a parameter that is not read": (
+        "emit_batch",
+        ".c",
+        first("params->far", "0.5F", TILE),
+        Real.FLOAT,
+        "C float, batch, other parameters",
+    ),
+    "a default of a parameter": (
+        "emit_package",
+        "__init__.py",
+        first(r"near: float = 0\.5", "near: float = 0.6"),
+        None,
+        "C double",
+    ),
+    "rows of another layout": (
+        "emit_batch",
+        ".c",
+        first(r"to\[i\] = t\[row\]\[i\];", "to[i] = -t[row][i];", "void store_rows("),
+        Real.DOUBLE,
+        "C double, batch",
+    ),
+    "the rest of a batch, which fills no tile": (
+        "emit_batch",
+        ".c",
+        first(r"copy\[joint\]\[i\] = from\[i \* q_pose\]", r"\g<0> + 1e-6"),
+        Real.DOUBLE,
+        "C double, batch",
+    ),
+    "a result that is not a number": (
+        "emit_kernel",
+        ".c",
+        first(r"base_T_tool\[11\] = ", rf"\g<0>{NAN} * "),
+        Real.DOUBLE,
+        "C double",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BREAKS)
+def test_a_wrong_kernel_is_refused_and_the_earlier_output_stays(
+    case: str, earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    emitter, suffix, change, real, target = BREAKS[case]
+    before = picture(earlier)
+    break_emitter(monkeypatch, emitter, suffix, change, real)
+
+    with pytest.raises(ProofError) as caught:
+        make(write_robot(tmp_path), earlier)
+
+    assert str(caught.value).startswith(f"arm: {target} pose differs from the reference at q = (")
+    assert str(caught.value).endswith("; nothing was written")
+    assert picture(earlier) == before
+
+
+def test_exchanged_tips_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def exchange(text: str) -> str:
+        return text.replace("tips[0]", "X").replace("tips[1]", "tips[0]").replace("X", "tips[1]")
+
+    break_emitter(monkeypatch, "emit_kernel", ".c", exchange, Real.DOUBLE)
+
+    with pytest.raises(ProofError, match="C double position differs from the reference"):
+        make(write_robot(tmp_path, TREE), tmp_path / "out", quantities=(Quantity.POSITION,))
+
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_numpy_form_without_a_compiler_is_proven_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    break_emitter(monkeypatch, "emit_formula", "_numpy.py", first(r" \* ", " + ", "def fk("))
+
+    with pytest.raises(ProofError, match="arm: NumPy double pose differs"):
+        make(write_robot(tmp_path), tmp_path / "out", compile=False)
+
+
+def test_an_error_of_a_single_pose_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At one corner of the joint box alone; the message names it."""
+    wrong = r"\g<0>\n    if (q[0] > 2.96705 && q[1] < -2.09439) base_T_tool[3] = 0;"
+    break_emitter(monkeypatch, "emit_kernel", ".c", first(r"\[15\] = 1\.0;", wrong), Real.DOUBLE)
+
+    with pytest.raises(ProofError, match=r"at q = \(2\.96706, -2\.0944\), frame tool: "):
+        make(write_robot(tmp_path), tmp_path / "out")
+
+
+@pytest.mark.parametrize("content", [b"", b"no library", b"\x7fELF" + bytes(100)])
+def test_a_compiled_module_that_does_not_load_is_refused(
+    content: bytes, earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = picture(earlier)
+    monkeypatch.setattr("kinegen.build.build_extension", lambda *_: Extension(content, cached=False))
+
+    with pytest.raises(CompileError, match="arm: the compiled module cannot be proven on this machine"):
+        make(write_robot(tmp_path), earlier)
+
+    assert picture(earlier) == before
+
+
+def test_a_compiled_module_of_other_sources_is_refused(
+    built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content = (built / "arm" / "_native.abi3.so").read_bytes()
+    monkeypatch.setattr("kinegen.build.build_extension", lambda *_: Extension(content, cached=True))
+
+    with pytest.raises(CompileError, match="it was built from other sources"):
+        make(write_robot(tmp_path), tmp_path / "out", reals=(Real.DOUBLE,))
+
+
+def test_a_proof_leaves_nothing_behind(earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither when it holds nor when it does not."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+    make(write_robot(tmp_path), earlier)
+    monkeypatch.setattr(staging, "prove", lambda *_: (_ for _ in ()).throw(ProofError("no")))
+    with pytest.raises(ProofError):
+        make(write_robot(tmp_path), earlier)
+
+    assert list(temporary.iterdir()) == []
