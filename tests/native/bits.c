@@ -1,4 +1,4 @@
-/* Joint vectors on standard input, as they lie in memory; the results of all kernels and layouts on standard output.
+/* Joint vectors on standard input, as they lie in memory; the poses of all kernels and layouts on standard output.
  *
  * Compiled with the kernels of a robot and the macros REAL, KERNEL(x) (a name with its prefix) and HEADER. The shapes
  * are those of an arm with 6 joint values.
@@ -30,7 +30,5 @@ int main(void)
     }
     KERNEL(fk_batch)(n, turned[0], 1, MOST, out, (ptrdiff_t)n, 2);
     put(12 * n);
-    KERNEL(position_batch)(n, q[0], DOF, 1, out, 3, 0);
-    put(3 * n);
     return 0;
 }

@@ -1,7 +1,7 @@
 /* Configurations whose numbers go beyond 2^32, in memory that is reserved and touched only where they lie.
  *
- * Compiled with the batch kernels of the PUMA 560, their loops made to begin at configuration BEGIN instead of 0; the
- * tile that they begin with is not looked at. Ends with status 77 where so many addresses cannot be had.
+ * Compiled with the batch kernels of the PUMA 560, their loops made to begin at configuration far_begin instead of 0;
+ * the tile that they begin with is not looked at. Ends with status 77 where so many addresses cannot be had.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +12,9 @@
 #include "puma560_batch.h"
 
 enum { DOF = PUMA560_DOF, TAIL = 100 };
+
+extern size_t far_begin;
+size_t far_begin;
 
 static double *reserve(size_t numbers)
 {
@@ -57,21 +60,32 @@ static void check(size_t begin, size_t n, ptrdiff_t q_pose, ptrdiff_t q_joint, p
     munmap(out_memory, out_length * sizeof(double));
 }
 
-int main(void)
+/* The batches that begin at far_begin, in every layout. */
+static void check_layouts(void)
 {
-    const size_t n = (size_t)BEGIN + TAIL;
+    const size_t n = far_begin + TAIL, checked = far_begin == 0 ? 0 : far_begin + TAIL / 2;
     for (int layout = 0; layout < 3; ++layout) {
         const ptrdiff_t stride = layout == 0 ? 16 : layout == 1 ? 12 : (ptrdiff_t)n;
-        check((size_t)BEGIN + TAIL / 2, n, DOF, 1, stride, layout);
-        check((size_t)BEGIN + TAIL / 2, n, 1, (ptrdiff_t)n, stride, layout);
+        check(checked, n, DOF, 1, stride, layout);
+        check(checked, n, 1, (ptrdiff_t)n, stride, layout);
     }
-#if BEGIN == 0
+}
+
+int main(void)
+{
+    const size_t two = 2;
+    const size_t begins[] = {0, (two << 30) - 64, (two << 31) - 64, two << 32};
+    for (size_t i = 0; i < sizeof(begins) / sizeof(begins[0]); ++i) {
+        far_begin = begins[i];
+        check_layouts();
+    }
+
     /* Neighbours that lie far apart. */
-    const ptrdiff_t far = ((ptrdiff_t)1 << 32) + 7;
-    check(0, TAIL, far, 1, far, 0);
-    check(0, TAIL, -far, 1, -far, 0);
-    check(0, TAIL, 1, far, far, 2);
-#endif
+    const ptrdiff_t distance = ((ptrdiff_t)1 << 32) + 7;
+    far_begin = 0;
+    check(0, TAIL, distance, 1, distance, 0);
+    check(0, TAIL, -distance, 1, -distance, 0);
+    check(0, TAIL, 1, distance, distance, 2);
     printf("clean\n");
     return 0;
 }

@@ -16,9 +16,12 @@ from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
+from kinegen.outputs import Quantity
 from tests.emit.emitted import kernels
 
 REALS = tuple(Real)
+POSES = (Quantity.POSE,)
+"""Where compiling takes long, poses alone."""
 
 FLAGS = {
     "default": Flags(),
@@ -29,10 +32,10 @@ FLAGS = {
 
 
 @cache
-def programs(name: str, flags: Flags | None) -> Kernels:
-    """A robot of `robots/`; portable packages compute poses alone here, since every variant takes its time."""
+def programs(name: str, quantities: tuple[Quantity, ...] = tuple(Quantity)) -> Kernels:
+    """A robot of `robots/` and its programs of some quantities."""
     full = kernels(name)
-    return replace(full, programs=full.programs[:1]) if flags and flags.portable else full
+    return replace(full, programs=tuple(program for program in full.programs if program.quantity in quantities))
 
 
 def sources(robot: Kernels) -> dict[str, str]:
@@ -48,7 +51,7 @@ def write_package(name: str, flags: Flags | None, folder: Path, cache_folder: Pa
 
     Args:
         name: A robot of `robots/`.
-        flags: How to compile; None for no extension.
+        flags: How to compile; None for no extension. Portable packages compute poses alone.
         folder: Where the package folder goes.
         cache_folder: Cache of compiled extensions.
 
@@ -57,7 +60,7 @@ def write_package(name: str, flags: Flags | None, folder: Path, cache_folder: Pa
     """
     package = folder / name
     package.mkdir(parents=True)
-    robot = programs(name, flags)
+    robot = programs(name, POSES) if flags is not None and flags.portable else programs(name)
     texts = sources(robot)
     modules = emit_formula(robot) | emit_package(robot, REALS, stamp_of(texts))
     for file, text in modules.items():
