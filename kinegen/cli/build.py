@@ -58,7 +58,9 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
 @click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
 @click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
 @click.option(
-    "--portable", is_flag=True, help="Compile for every processor of this family, with variants picked on loading."
+    "--portable",
+    is_flag=True,
+    help="Compile for every processor of this family; on loading the best variant is picked, or KINEGEN_VARIANT.",
 )
 @click.option("--reproducible", is_flag=True, help="The same bits on every machine, at some cost of speed.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
