@@ -102,11 +102,13 @@ def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
     """
     unlimited = list(_unlimited(kernels.robot))
     ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
+    inputs = f" for the joint values passed in, anywhere within their limits{ranges}" if kernels.robot.dof else ""
     defaults = " for the parameters of the file" if kernels.defaults else ""
+    pair = f", and for the sine and cosine of {source}" if any(program.angles for program in kernels.programs) else ""
     return _wrapped(
-        "Proven errors, stated at each function: how far a result can be from what the table gives exactly for the "
-        f"joint values that are passed in, anywhere within their limits{ranges}{defaults}. They hold for rounding to "
-        f"nearest with subnormal numbers, with or without contraction, and for the sine and cosine of {source}."
+        "Proven errors, stated at each function: how far a result can be from what the table gives exactly"
+        f"{inputs}{defaults}. They hold for rounding to nearest with subnormal numbers, with or without "
+        f"contraction{pair}."
     )
 
 
