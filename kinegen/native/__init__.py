@@ -1,6 +1,8 @@
 """From C text to something callable: compiling, and the arrays, shapes and threads of the generated packages.
 
+flags.py     how the kernels are compiled, and for which processors
 glue.py      what the extension offers, and the C between the kernels and Python
+dispatch.py  the C that asks the processor what it can run, and the compilations of each variant
 compile.py   C text -> extension, with compiler.py and cache.py
 package.py   the extension of a robot; a package as a module
 kernel.py    array handling, copied as it is into every package

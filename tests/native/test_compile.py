@@ -223,15 +223,17 @@ def test_the_processor_is_known() -> None:
     assert find_compiler().version
 
 
-def test_the_glue_is_clean_c(tmp_path: Path) -> None:
-    """The reading of array headers compiles without a warning."""
+@pytest.mark.parametrize("flags", [FLAGS, Flags(portable=True)], ids=["one form", "variants"])
+def test_the_glue_is_clean_c(tmp_path: Path, flags: Flags) -> None:
+    """The reading of array headers and of the processor compiles without a warning."""
     sample = SAMPLES["runtime_tree"]
-    for name, text in (sample.sources() | glue(sample.interface, "0")).items():
+    for name, text in (sample.sources() | dispatch(sample.interface, flags) | glue(sample.interface, "0")).items():
         (tmp_path / name).write_text(text)
     includes = [f"-isystem{folder}" for folder in (np.get_include(), sysconfig.get_path("include"))]
+    warnings = ["-Wall", "-Wextra", "-Wshadow", "-Wmissing-prototypes"]
 
     done = subprocess.run(
-        ["cc", "-Wall", "-Wextra", "-Wshadow", "-Wmissing-prototypes", "-O2", *includes, "-c", "kinegen_glue.c"],
+        ["cc", *warnings, "-O2", *includes, "-c", "kinegen_glue.c", "kinegen_processor.c", "kinegen_needs.c"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
 
