@@ -82,8 +82,9 @@ docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrit
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
 
+# Peers take part where they are installed: $(BIN)/python -m pip install -e '.[bench]'
 bench: $(VENV)/.kinegen ## prints the figures of this machine
-	$(BIN)/python benchmarks/run.py
+	$(BIN)/python -m benchmarks.speed $(BENCH_OPTIONS)
 
 wheel: $(VENV)/.dev ## builds a wheel in dist/ and tries it outside the checkout
 	$(BIN)/python -m hatchling build -t wheel -d dist

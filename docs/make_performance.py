@@ -130,14 +130,14 @@ def builds(results: Results) -> Iterator[str]:
     yield "| built | type | floor | 4x4 | of its floor | joint-major | of its floor |"
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: |"
     rows = [row for row in results.rows if row.against == "of its floor"]
-    floors = {(row.flags, row.compiler, row.real): row for row in results.rows if row.layout == "sum"}
+    floors = {(row.what, row.real): row for row in results.rows if row.layout == "sum"}
     for row in rows:
         if row.layout != "4x4":
             continue
         key = row.flags, row.compiler, row.real
         other = next(each for each in rows if (each.flags, each.compiler, each.real) == key and each is not row)
         name = row.what.partition(", from C, ")[2]
-        floor = f"{floors[key].value:.0f}"
+        floor = f"{floors[f'{_KERNEL_ROWS[0]}, {name}', row.real].value:.0f}"
         shares = f"{row.value:.1f} | {row.ratio:.2f} | {other.value:.1f} | {other.ratio:.2f}"
         yield f"| {name} | {row.real} | {floor} | {shares} |"
 
@@ -190,8 +190,17 @@ def instructions(results: Results) -> Iterator[str]:
         yield f"| {what} | `{flags}` | {real} | {' | '.join(f'{count:,.0f}' for count in counts)} |"
 
 
+def threads(results: Results) -> Iterator[str]:
+    """Two threads against one."""
+    yield "| poses | type | one thread | two threads | times one |"
+    yield "| ---: | --- | ---: | ---: | ---: |"
+    for row in results.rows:
+        if row.threads == 2 and row.ratio is not None:
+            yield f"| {row.poses:,} | {row.real} | {row.value / row.ratio:.1f} | {row.value:.1f} | {row.ratio:.2f} |"
+
+
 BLOCKS: dict[str, Callable[[Results], Iterator[str]]] = {
-    each.__name__: each for each in (machine, asked, kernels, sizes, builds, peers, single, instructions)
+    each.__name__: each for each in (machine, asked, kernels, sizes, builds, threads, peers, single, instructions)
 }
 
 _KERNEL_ROWS = (

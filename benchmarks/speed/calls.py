@@ -23,7 +23,7 @@ CALLS = 2000
 SINGLE = "one call"
 
 
-def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...]) -> Iterator[Row]:
+def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...], *, asked: bool) -> Iterator[Row]:
     """Two threads against one.
 
     Args:
@@ -31,6 +31,7 @@ def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...]) -> Ite
         poses: Number of configurations.
         effort: How long to measure.
         cores: The processors; with fewer than two of them there is nothing to measure.
+        asked: Whether the figure is asked of this size.
 
     Yields:
         Rows for one and for two threads, both number types.
@@ -44,16 +45,17 @@ def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...]) -> Ite
         two = Entry(replace(two.case, key="two", cores=cores), replace(two.row, threads=2))
         timings = measure([one.case, two.case], effort)
         yield filled(one, timings)
-        yield filled(two, timings, ("times one thread", one), 1.8 if real is Real.DOUBLE else None)
+        yield filled(two, timings, ("times one thread", one), 1.8 if asked and real is Real.DOUBLE else None)
 
 
-def single(arm: Arm, peers: list[Peer], effort: Effort) -> Iterator[Row]:
+def single(arm: Arm, peers: list[Peer], effort: Effort, ask: bool) -> Iterator[Row]:
     """One configuration from Python, the peers' way too.
 
     Args:
         arm: The robot.
         peers: The peers; those that have no form for one configuration are left out.
         effort: How long to measure.
+        ask: Whether the figures are asked of this robot.
 
     Yields:
         Rows in microseconds.
@@ -67,9 +69,9 @@ def single(arm: Arm, peers: list[Peer], effort: Effort) -> Iterator[Row]:
     }
     for peer in peers:
         if peer.single is not None and peer.real == "double":
-            forms[peer.name] = (partial(_calls, *peer.single(q)), None)
+            forms[peer.single_name or peer.name] = (partial(_calls, *peer.single(q)), None)
     timings = measure([Case(what, run, CALLS) for what, (run, _) in forms.items()], effort)
-    versions = {peer.name: peer.version for peer in peers}
+    versions = {peer.single_name or peer.name: peer.version for peer in peers}
     for what, (_, asked) in forms.items():
         timing = timings[what]
         yield Row(
@@ -85,7 +87,7 @@ def single(arm: Arm, peers: list[Peer], effort: Effort) -> Iterator[Row]:
             best=1 / timing.best,
             spread=timing.spread,
             unit=TIME,
-            asked=asked,
+            asked=asked if ask else None,
         )
 
 

@@ -36,6 +36,7 @@ def describe(cores: tuple[int, ...]) -> dict[str, str]:
         "system": f"{platform.system()} {platform.machine()}, {' '.join(platform.libc_ver())}",
         "python": f"{platform.python_implementation()} {platform.python_version()}, NumPy {np.__version__}",
         "huge_pages": _huge_pages(),
+        "priority": _priority(),
     }
 
 
@@ -115,6 +116,12 @@ def _caches(core: int) -> str:
         if kind != "Instruction":
             found.append(f"L{level} {size.removesuffix('K')} KiB")
     return ", ".join(found) or "unknown"
+
+
+def _priority() -> str:
+    if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
+        return "real time (chrt), since the machine was busy"
+    return "ordinary"
 
 
 def _huge_pages() -> str:

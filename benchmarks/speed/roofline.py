@@ -67,7 +67,7 @@ def draw(results: Results) -> str:
     width = (WIDTH - LEFT - GAP - 20) / 2
     highest = max(results.peak.values()) * 1.6
     for number, real in enumerate(("double", "float")):
-        panel = Panel(LEFT + number * (width + GAP), width, (0.5, 24), (highest / 40, highest))
+        panel = Panel(LEFT + number * (width + GAP), width, (0.5, 24), (highest / 20, highest))
         lines += _panel(results, real, panel)
     lines += _legend(results)
     return "\n".join([*lines, "</svg>"]) + "\n"

@@ -87,19 +87,23 @@ class Results:
     instructions: tuple[dict[str, Any], ...] = ()
 
     def save(self, path: Path) -> None:
-        """Write the file; numbers with four digits."""
+        """Write the file: numbers with four digits, a row on a line, without what a row does not have."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        content = asdict(self)
-        content["rows"] = [asdict(row) | {"met": row.met} for row in self.rows]
-        path.write_text(json.dumps(_rounded(content), indent=1) + "\n", encoding="utf-8")
+        content: dict[str, Any] = _rounded(asdict(self))
+        rows = [asdict(row) | {"met": row.met} for row in self.rows]
+        content["rows"] = [
+            {name: _rounded(value) for name, value in row.items() if value not in (None, "")} for row in rows
+        ]
+        parts = [f"{json.dumps(name)}: {_lines(value)}" for name, value in content.items()]
+        path.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
 
 
 def load_results(path: Path) -> Results:
     """Read a file that `Results.save` wrote."""
     content = json.loads(path.read_text(encoding="utf-8"))
     for row in content["rows"]:
-        del row["met"]
-    rows = tuple(Row(**row) for row in content["rows"])
+        row.pop("met", None)
+    rows = tuple(Row(**{"compiler": "", "flags": "", **row}) for row in content["rows"])
     lists = {name: tuple(map(_frozen, content[name])) for name in ("load", "absent", "instructions")}
     return Results(**{**content, **lists, "rows": rows})
 
@@ -119,6 +123,13 @@ def find(rows: Sequence[Row], **wanted: object) -> Row:
 def on_processor(rows: Sequence[Row], processor: str) -> tuple[Row, ...]:
     """The rows, each naming the processor."""
     return tuple(replace(row, processor=processor) for row in rows)
+
+
+def _lines(value: Any) -> str:
+    """JSON with each entry of a list on a line of its own."""
+    if isinstance(value, list) and value and isinstance(value[0], dict | list):
+        return "[\n" + ",\n".join(json.dumps(entry) for entry in value) + "\n]"
+    return json.dumps(value)
 
 
 def _frozen(entry: Any) -> Any:

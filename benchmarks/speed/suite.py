@@ -89,13 +89,14 @@ class Suite:
             yield from shares(arm, self.poses, self.effort, asked)
         if "sizes" in parts and asked:
             self._begin(f"{arm.name}: sizes")
-            yield from sizes(arm, (self.poses // 50, self.poses, 10 * self.poses), self.effort)
+            yield from sizes(arm, (self.poses // 25, self.poses, 10 * self.poses), self.effort)
         if "builds" in parts and asked:
             self._begin(f"{arm.name}: compilers and flags")
             yield from builds(arm, self.poses, self.effort)
         if "threads" in parts and asked:
             self._begin(f"{arm.name}: threads")
-            yield from threads(arm, self.poses, self.effort, self.cores)
+            for poses in (self.poses, 10 * self.poses):
+                yield from threads(arm, poses, self.effort, self.cores, asked=poses == self.poses)
 
     def _with_peers(self, arm: Arm, parts: Sequence[str], peers: list[Peer]) -> Iterator[Row]:
         if "peers" in parts:
@@ -104,7 +105,7 @@ class Suite:
             yield from batches(arm, peers, self.poses, fewer, arm.name == ASKED)
         if "single" in parts:
             self._begin(f"{arm.name}: single calls")
-            yield from single(arm, peers, self.effort)
+            yield from single(arm, peers, self.effort, arm.name == ASKED)
 
     def _begin(self, text: str) -> None:
         self.say(text)

@@ -26,6 +26,7 @@ def peers(arm: Arm) -> Iterator[Peer]:
         batch=lambda q: _batch(function, q),
         result=lambda result: np.asarray(result).T.reshape(-1, 4, 4),
         single=lambda q: (function, q),
+        single_name="CasADi function",
     )
     text = _c_text(casadi, function, arm.dof)
     yield Peer(

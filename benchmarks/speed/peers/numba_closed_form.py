@@ -34,6 +34,7 @@ def peers(arm: Arm) -> Iterator[Peer]:
             batch=partial(_batch, module),
             result=np.asarray,
             single=partial(_single, module),
+            single_name="Numba closed form",
         )
 
 

@@ -30,6 +30,7 @@ def peers(arm: Arm) -> Iterator[Peer]:
         batch=lambda q: _batch(one, q),
         result=lambda result: np.stack([each.homogeneous for each in result]),
         single=lambda q: (one, q),
+        single_name="Pinocchio",
         poses=10_000,
     )
 
