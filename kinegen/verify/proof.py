@@ -18,7 +18,7 @@ from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import proof_samples, vector_samples
-from kinegen.verify.tolerances import TOLERANCES
+from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.vectors import quantity_frames
 from kinegen.verify.ways import DTYPES, Floats, ways_to_call
 
@@ -173,7 +173,7 @@ def _compare(
     real: str,
 ) -> Comparison:
     extent = reach(robot, quantity_frames(robot, quantity))
-    relative = TOLERANCES.double if real == "double" else TOLERANCES.float
+    relative = accepted_error(robot, real)
     frames = quantity_frames(robot, quantity)
     if quantity.is_pose:
         found = result.reshape(expected.shape).astype(np.float64)
@@ -228,8 +228,8 @@ def _exact(robot: Robot, package: ModuleType, quantity: Quantity) -> Comparison:
         poses=len(points),
         position_error=position,
         rotation_error=rotation,
-        position_tolerance=TOLERANCES.double * extent,
-        rotation_tolerance=TOLERANCES.double,
+        position_tolerance=accepted_error(robot, "double") * extent,
+        rotation_tolerance=accepted_error(robot, "double"),
         worst=tuple(float(entry) for entry in points[worst[1]]),
         frame=frames[worst[2]],
     )

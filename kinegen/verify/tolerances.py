@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from kinegen.robot.extent import joint_box
+from kinegen.robot.model import JointType, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,3 +24,29 @@ class Tolerances:
 
 
 TOLERANCES = Tolerances()
+
+UNITS = {"double": 2.0**-53, "float": 2.0**-24}
+"""Relative error of one rounding."""
+
+_TURN = 2 * math.pi * (1 + 1e-9)
+
+
+def accepted_error(robot: Robot, real: str) -> float:
+    """The largest accepted error of a robot's kernels.
+
+    It is the one of `TOLERANCES`, as long as every joint stays within a turn to either side of zero. A joint that turns
+    further adds what it costs to round its sums with the angles of parallel joints: a unit of rounding of the largest
+    angle for each of the other joints. No kernel can be better, since the sums are what it takes the sine of.
+
+    Args:
+        robot: The robot.
+        real: `double` or `float`.
+
+    Returns:
+        For entries of a rotation; for positions relative to the reach.
+    """
+    base = TOLERANCES.double if real == "double" else TOLERANCES.float
+    box = zip(robot.variables, joint_box(robot), strict=True)
+    angles = [max(-low, high) for variable, (low, high) in box if variable.type is not JointType.PRISMATIC]
+    beyond = sum(angle for angle in angles if angle > _TURN)
+    return base + UNITS[real] * beyond * max(1, len(angles) - 1)

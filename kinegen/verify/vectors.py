@@ -19,7 +19,7 @@ from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples
-from kinegen.verify.tolerances import TOLERANCES
+from kinegen.verify.tolerances import accepted_error
 
 Row = tuple[Fraction, ...]
 
@@ -53,10 +53,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         inputs=inputs,
         expected=vector_results(robot, tuple(program.quantity for program in programs)),
         pairs=vector_pairs(programs, inputs, parameters),
-        tolerances={
-            Real.DOUBLE: Fraction(TOLERANCES.double) * extent,
-            Real.FLOAT: Fraction(TOLERANCES.float) * extent,
-        },
+        tolerances={real: Fraction(accepted_error(robot, real)) * extent for real in Real},
     )
 
 
