@@ -26,7 +26,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
-from kinegen.errors import KinegenError, MissingToolError
+from kinegen.errors import KinegenError, MissingToolError, WriteError
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
@@ -125,7 +125,12 @@ class _Clock:
     def stage(self, name: str) -> Iterator[list[str]]:
         detail: list[str] = []
         begin = time.perf_counter()
-        yield detail
+        try:
+            yield detail
+        except OSError as error:
+            # Reading and writing speak for themselves; what is left is the folder in which packages are made.
+            reason = f"cannot {name} with temporary files: {error}; TMPDIR can name another folder for them"
+            raise WriteError(f"{reason}; the earlier output is untouched") from error
         self.stages.append(Stage(name, time.perf_counter() - begin, ", ".join(detail)))
         self.report(self.stages[-1])
 

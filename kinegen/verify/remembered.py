@@ -1,4 +1,4 @@
-"""Proofs that were made before: of the same bytes, by the same checks, on the same kind of processor.
+"""Proofs that were made before: of the same bytes, by the same checks, with the same NumPy and kind of processor.
 
 The proof of a package takes longer than everything else in a build that changes nothing, and would give the same
 numbers. What is remembered lies in the user's cache folder; a damaged or missing entry is proved again.
@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import platform
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import mpmath
+import numpy as np
 
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import processor
@@ -45,7 +49,8 @@ def proof_of(
         ProofError: If the proof does not hold.
     """
     store = Cache()
-    key = store.key("proof", _checks(), robot, quantities, reals, processor().describe(), _digests(contents))
+    machine = platform.python_version(), np.__version__, mpmath.__version__, processor().describe()
+    key = store.key("proof", _checks(), robot, quantities, reals, machine, _digests(contents))
     known = store.load(key)
     if known is not None:
         entry = json.loads(known)

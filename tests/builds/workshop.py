@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-from kinegen.build import BuildOptions, BuildResult, Stage, build
+import pytest
+
+from kinegen.build import BuildOptions, BuildResult, Stage, build, lower_file
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.files import stamp_of
+from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python.package import emit_package
+from kinegen.emit.reals import Real
+from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
+from kinegen.native.package import build_extension, interface_of, load_package
 from kinegen.outputs import Quantity
+from kinegen.write import write_files
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = ROOT / "robots"
@@ -45,6 +57,13 @@ Picture = dict[str, tuple[bytes, int, int]]
 """Of each file its content, the time of its last change, and its number on the disk."""
 
 
+def set_machine(patch: pytest.MonkeyPatch, cache_home: Path) -> None:
+    """A cache of these tests alone; no cross compiler to measure costs with, and no compiler named by the user."""
+    patch.setenv("XDG_CACHE_HOME", str(cache_home))
+    patch.delenv("CC", raising=False)
+    patch.setattr("kinegen.build.can_measure", lambda: False)
+
+
 def write_robot(folder: Path, text: str = ARM, name: str = "arm.yaml") -> Path:
     """Write a robot file."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -58,6 +77,20 @@ def make(path: Path, output: Path, report: Any = None, **options: Any) -> BuildR
     chosen = {"quantities": (Quantity.POSE,), "flags": QUICK} | options
     stages: list[Stage] = []
     return build(path, BuildOptions(output=output, **chosen), report or stages.append)
+
+
+def assemble(name: str, folder: Path, *, compiled: bool) -> ModuleType:
+    """A package of a robot of `robots/`, without test vectors and without a proof, which take long for large ones."""
+    kernels = lower_file(ROBOTS / f"{name}.yaml", tuple(Quantity))
+    reals = tuple(Real)
+    sources: dict[str, str] = {}
+    for real in reals:
+        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
+    files: dict[str, str | bytes] = {**emit_formula(kernels), **emit_package(kernels, reals, stamp_of(sources))}
+    if compiled:
+        files[EXTENSION] = build_extension(interface_of(kernels, reals), sources, QUICK).content
+    write_files(folder / name, files)
+    return load_package(folder / name)
 
 
 def picture(folder: Path) -> Picture:

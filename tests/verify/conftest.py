@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.builds.workshop import make, write_robot
+from tests.builds.workshop import make, set_machine, write_robot
 
 
 @pytest.fixture(scope="session")
@@ -20,16 +20,16 @@ def cache_home(tmp_path_factory: pytest.TempPathFactory, request: pytest.Fixture
 
 
 @pytest.fixture(autouse=True)
-def _cache(cache_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CACHE_HOME", str(cache_home))
-    monkeypatch.delenv("CC", raising=False)
+def _machine(cache_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same on every machine: no cross compiler, and no compiler that somebody named."""
+    set_machine(monkeypatch, cache_home)
 
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Path:
     """The output of an earlier build of the small arm; not to be written to."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(cache_home))
+        set_machine(patch, cache_home)
         folder = tmp_path_factory.mktemp("built")
         make(write_robot(folder / "in"), folder / "out")
     return folder / "out"
