@@ -20,9 +20,7 @@ ROBOTS = Path(__file__).parents[2] / "robots"
 
 def sum_of_products(values: Values, count: int) -> tuple[list[int], list[int]]:
     """Products of pairs of variables, all defined first, then added up one after the other."""
-    products = [
-        values.apply(Operator.MUL, values.variable(2 * i), values.variable(2 * i + 1)) for i in range(count)
-    ]
+    products = [values.apply(Operator.MUL, values.variable(2 * i), values.variable(2 * i + 1)) for i in range(count)]
     totals = [products[0]]
     for product in products[1:]:
         totals.append(values.apply(Operator.ADD, totals[-1], product))

@@ -43,6 +43,6 @@ def test_ten_turns_add_the_rounding_of_their_sums_with_the_other_joints() -> Non
 def test_a_joint_of_many_turns_parallel_to_others_builds(tmp_path: Path) -> None:
     path = tmp_path / "scara4.yaml"
     path.write_text(SCARA, encoding="utf-8")
-    result = build(path, BuildOptions(output=tmp_path, compile=False), lambda stage: None)
+    result = build(path, BuildOptions(output=tmp_path, compile=False), lambda _: None)
 
     assert result.proof.holds
