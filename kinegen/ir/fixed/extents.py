@@ -68,6 +68,16 @@ def _length(one: float, other: float) -> float:
     return math.sqrt(one * one + other * other)
 
 
+def _each(places: Places) -> Iterator[tuple[int, Places]]:
+    """Each place with the others."""
+    return ((place, places[:index] + places[index + 1 :]) for index, place in enumerate(places))
+
+
+def _offset(beside: Extent, offset: float, error: float) -> Extent:
+    """Values beside a constant vector at right angles."""
+    return Extent(_length(beside.size, offset) * _UNIT, beside.error * _UNIT + error)
+
+
 def _join(one: Extent, other: Extent) -> Extent:
     """Two groups as one."""
     return Extent(_length(one.size, other.size), _length(one.error, other.error))
@@ -82,16 +92,14 @@ class Extents:
 
     def __init__(self, values: Sequence[Value]) -> None:
         self._values = tuple(values)
-        self._known: dict[frozenset[int], Extent] = {frozenset(): _NOTHING}
+        self._known: dict[Places, Extent] = {(): _NOTHING}
         self._depth = 0
         for place in range(len(self._values)):
             self.extent(place)  # later ones then find it ready, however deep the computation is
 
     def extent(self, *places: int) -> Extent:
-        """Bounds on one value, or on several distinct ones together."""
-        return self._extent(frozenset(places))
-
-    def _extent(self, group: frozenset[int]) -> Extent:
+        """Bounds on one value, or on several together; one that is named twice counts twice."""
+        group = tuple(sorted(places))
         if group not in self._known:
             self._depth += 1
             bounds = tuple(self._bounds(group))
@@ -101,96 +109,89 @@ class Extents:
             )
         return self._known[group]
 
-    def _bounds(self, group: frozenset[int]) -> Iterator[Extent]:
+    def _bounds(self, group: Places) -> Iterator[Extent]:
         """Every bound that a rule gives; the last value of the group is traced to what it was made of."""
-        last = max(group)
-        rest = group - {last}
+        last, rest = group[-1], group[:-1]
         if rest:
-            yield _join(self.extent(last), self._extent(rest))
+            yield _join(self.extent(last), self.extent(*rest))
             if len(group) > _LARGEST_GROUP or len(self._known) > _LARGEST_TABLE or self._depth > _DEEPEST:
                 return
         match self._values[last]:
             case Given(extent) if not rest:
                 yield extent
             case Trigonometric() as value:
-                yield from self._trigonometric(value, rest)
-            case Copy(source, rounding) if source not in rest:
-                extent = self._extent(rest | {source})
+                yield from self._trigonometric(value, last, rest)
+            case Copy(source, rounding):
+                extent = self.extent(*rest, source)
                 yield Extent(extent.size, extent.error + rounding)
             case Product() as value:
                 yield from self._product(value, rest)
             case Sum() as value:
                 yield from self._sum(value, rest)
 
-    def _trigonometric(self, value: Trigonometric, rest: frozenset[int]) -> Iterator[Extent]:
+    def _trigonometric(self, value: Trigonometric, place: int, rest: Places) -> Iterator[Extent]:
         if not rest:
             yield Extent(1.0, value.error)
-        for other in rest:
-            partner = self._values[other]
-            if isinstance(partner, Trigonometric) and partner.angle == value.angle:
-                yield _join(Extent(1.0, value.pair_error), self._extent(rest - {other}))
+        for other, others in _each(rest):
+            if other != place and self._is_pair((place, other)):
+                yield _join(Extent(1.0, value.pair_error), self.extent(*others))
 
-    def _product(self, value: Product, rest: frozenset[int]) -> Iterator[Extent]:
+    def _product(self, value: Product, rest: Places) -> Iterator[Extent]:
         for factor, shared in ((value.left, value.right), (value.right, value.left)):
             # a*x and b*x are as long as x times the vector (a, b)
-            for other in rest:
+            for other, others in _each(rest):
                 partner = self._values[other]
                 if isinstance(partner, Product) and shared in (partner.left, partner.right):
                     second = partner.right if partner.left == shared else partner.left
                     rounding = _length(value.rounding, partner.rounding)
-                    yield from self._turned(_Row((factor, second), (shared,), rounding), rest - {other})
+                    yield from self._turned(_Row((factor, second), (shared,), rounding), others)
             # of a sine and something longer, only the sine is left out: other values may have the rest in common
             if not rest or self._is_simple(factor) or not self._is_simple(shared):
                 yield from self._turned(_Row((factor,), (shared,), value.rounding), rest)
 
-    def _sum(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+    def _sum(self, value: Sum, rest: Places) -> Iterator[Extent]:
         rows = tuple(self._rows(value))
         turns = tuple(row for row in rows if self._is_pair(row.row))
-        partners = tuple((other, row) for row in turns or rows for other in rest if self._completes(value, row, other))
         # a*x - b*y and b*x + a*y: the vector (x, y), turned, and multiplied by the length of (a, b)
-        for other, row in partners:
-            rounding = _length(row.rounding, next(self._rows(self._values[other])).rounding)
-            yield from self._turned(_Row(row.row, row.vector, rounding), rest - {other})
-        if partners and turns:
-            return
+        is_turn = False
+        for row in turns or rows:
+            for other, others in _each(rest):
+                if self._completes(value, row, other):
+                    is_turn = bool(turns)
+                    rounding = _length(row.rounding, next(self._rows(self._values[other])).rounding)
+                    yield from self._turned(_Row(row.row, row.vector, rounding), others)
+        if is_turn:
+            return  # nothing better can be found
         for row in turns or rows:
             yield from self._turned(row, rest)
-        if not turns:
+        if not turns or not rest:
             yield from self._terms(value, rest)
             yield from self._beside_constant(value, rest)
 
-    def _terms(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+    def _terms(self, value: Sum, rest: Places) -> Iterator[Extent]:
         """The triangle inequality."""
         for kept, added in ((value.left, value.right), (value.right, value.left)):
-            if kept not in rest:
-                extent, extra = self._extent(rest | {kept}), self.extent(added)
-                yield Extent(extent.size + extra.size, extent.error + extra.error + value.rounding)
+            extent, extra = self.extent(*rest, kept), self.extent(added)
+            yield Extent(extent.size + extra.size, extent.error + extra.error + value.rounding)
 
-    def _beside_constant(self, value: Sum, rest: frozenset[int]) -> Iterator[Extent]:
+    def _beside_constant(self, value: Sum, rest: Places) -> Iterator[Extent]:
         """a*x + k for constants a and k, alone or with a second such value of the same x.
 
         Alone it is read as a*x + b*(k/b) with a vector (a, b) of length 1. Two of them are x times the vector (a, b)
         and the vector (k, l); these are at right angles where a constant turn stands behind them.
         """
         for line in self._lines(value):
-            if line.place in rest:
-                continue
             if abs(line.slope) < 1.0:
-                beside = self._extent(rest | {line.place})
-                yield self._offset(beside, line.offset / math.sqrt(1.0 - line.slope * line.slope), line.error)
-            for other in rest - {line.place}:
+                beside = self.extent(*rest, line.place)
+                yield _offset(beside, line.offset / math.sqrt(1.0 - line.slope * line.slope), line.error)
+            for other, others in _each(rest):
                 for second in self._lines(self._values[other]):
-                    length = _length(line.slope, second.slope)
-                    if second.place == line.place and length <= _UNIT:
-                        beside = self._extent((rest - {other}) | {line.place})
+                    if second.place == line.place and _length(line.slope, second.slope) <= _UNIT:
                         square = line.offset * line.offset + second.offset * second.offset
                         skew = abs(line.slope * line.offset + second.slope * second.offset) + square * 2.0**-50
                         square += 2.0 * skew * self.extent(line.place).size
-                        yield self._offset(beside, math.sqrt(square), _length(line.error, second.error))
-
-    @staticmethod
-    def _offset(beside: Extent, offset: float, error: float) -> Extent:
-        return Extent(_length(beside.size, offset) * _UNIT, beside.error * _UNIT + error)
+                        beside = self.extent(*others, line.place)
+                        yield _offset(beside, math.sqrt(square), _length(line.error, second.error))
 
     def _lines(self, value: Value) -> Iterator[_Line]:
         """The ways to read a sum as a constant times a value, plus another constant."""
@@ -210,16 +211,15 @@ class Extents:
                             error=error + product.rounding + value.rounding,
                         )
 
-    def _turned(self, row: _Row, rest: frozenset[int]) -> Iterator[Extent]:
+    def _turned(self, row: _Row, rest: Places) -> Iterator[Extent]:
         """A row, or a turn of which it is one row, times a vector; and the rest."""
-        if len(set(row.row)) < len(row.row) or len(set(row.vector)) < len(row.vector) or rest.intersection(row.vector):
-            return  # a value that stands twice would count once
         scale, moved = self.extent(*row.row), self.extent(*row.vector)
-        if rest and scale.size > _UNIT:
-            return
-        beside = self._extent(rest.union(row.vector))
-        factor = max(1.0, scale.size) if rest else scale.size
-        yield Extent(factor * beside.size, factor * beside.error + scale.error * moved.largest + row.rounding)
+        error = scale.error * moved.largest + row.rounding
+        if not rest:
+            yield Extent(scale.size * moved.size, scale.size * moved.error + error)
+        elif scale.size <= _UNIT:
+            beside = self.extent(*rest, *row.vector)
+            yield Extent(_UNIT * beside.size, _UNIT * beside.error + error)
 
     def _rows(self, value: Value) -> Iterator[_Row]:
         """The ways to read a sum of two products as a row times a vector."""
@@ -249,7 +249,7 @@ class Extents:
         return isinstance(self._values[place], (Given, Trigonometric))
 
     def _is_pair(self, places: Places) -> bool:
-        """Whether two values are the sine and the cosine of one angle; no better reading can be found."""
+        """Whether two values are the sine and the cosine of one angle; no better row can be found."""
         first, second = (self._values[place] for place in places)
         if isinstance(first, Trigonometric) and isinstance(second, Trigonometric):
             return first.angle == second.angle and places[0] != places[1]
