@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards docs-firmware check fix format lint types generated current docs docs-current bench wheel clean
+.PHONY: help demo test test-boards docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -83,6 +83,10 @@ docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands p
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
 
 # Peers take part where they are installed: $(BIN)/python -m pip install -e '.[bench]'
+prove: $(VENV)/.dev ## proves with Frama-C that the kernels have no run-time error; rewrites docs/proof.md
+	$(BIN)/python scripts/prove_eva.py
+	$(BIN)/python -m pytest tests/prove
+
 bench: $(VENV)/.kinegen ## prints the figures of this machine
 	$(BIN)/python -m benchmarks.speed $(BENCH_OPTIONS)
 

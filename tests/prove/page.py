@@ -1,0 +1,219 @@
+"""docs/proof.md: what is proved of which kernels, and Frama-C's own words."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS
+from kinegen.naming import c_file
+from kinegen.robot.model import JointType, Robot
+from tests.emit.emitted import kernels, robot
+from tests.prove.driver import TURNS, Driver, guard_driver, joint_range, kernel_driver, pair_driver
+from tests.prove.eva import OPTIONS, Outcome
+
+ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
+"""The robots whose kernels are proved."""
+
+_DIGITS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """One program to be proved.
+
+    Attributes:
+        driver: The program.
+        subject: What it calls, as the page names it.
+        special: Which numbers raise an alarm: `non-finite`, or `none` where NaN is what is wanted.
+    """
+
+    driver: Driver
+    subject: str
+    special: str = "non-finite"
+
+
+def proofs() -> tuple[Proof, ...]:
+    """Everything that is proved, in the order of the page."""
+    pairs = [Proof(pair_driver(real), f"{real} pair, within its range") for real in Real]
+    guards = [Proof(guard_driver(real), f"{real} pair, outside its range", "none") for real in Real]
+    arms = [Proof(kernel_driver(kernels(name), real), c_file(name, "c", real)) for name in ROBOTS for real in Real]
+    return (*arms, *pairs, *guards)
+
+
+def digest(name: str, real: Real) -> str:
+    """A hash of a kernel file without its comments: what the proof is about."""
+    text = emit_kernel(kernels(name), real)[c_file(name, "c", real)]
+    bare = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    return hashlib.sha256("\n".join(line.rstrip() for line in bare.splitlines() if line.strip()).encode()).hexdigest()[
+        :16
+    ]
+
+
+def digests() -> dict[str, str]:
+    """The hash of every kernel file that is proved, by its name."""
+    return {c_file(name, "c", real): digest(name, real) for name in ROBOTS for real in Real}
+
+
+def digests_of(page: str) -> dict[str, str]:
+    """The hashes that a page names."""
+    return dict(re.findall(r"^\| `(\w+\.c)` \| `([0-9a-f]{16})` \|", page, re.M))
+
+
+def page(done: Sequence[tuple[Proof, Outcome]], version: str) -> str:
+    """The page.
+
+    Args:
+        done: What was proved, and what came out.
+        version: Of Frama-C.
+
+    Returns:
+        Markdown.
+    """
+    outcomes = {proof.driver.name: outcome for proof, outcome in done}
+    return "\n".join(
+        [
+            *_head(version),
+            *_ranges(),
+            *_table(outcomes),
+            *_pairs(),
+            *_limits(),
+            "## Frama-C's words",
+            "",
+            *(line for proof, outcome in done for line in _words(proof, outcome)),
+        ]
+    )
+
+
+def _head(version: str) -> list[str]:
+    return f"""\
+# No run-time error
+
+<!-- Written by scripts/prove_eva.py; run `make prove`. -->
+
+Proved by Frama-C {version}, plug-in Eva, with no alarm: for every joint vector in the ranges
+below, and whatever the output arrays held before, the emitted kernels
+
+- read nothing that is not initialised, and nothing outside an array, and write nothing outside one;
+- divide by nothing, convert nothing out of range, overflow nothing: no operation on the way gives an infinity or a NaN;
+- leave finite numbers in every entry of every output.
+
+The arithmetic is that of IEEE 754 in the type of the kernel, each operation rounded to nearest; words have 32 bits and
+the least byte first. The kernel files are analysed as they are emitted, with their own sine-cosine pair. Between the
+two stands a function of the proof, put there by the macro that boards use for pairs of their own: it compares the angle
+with places a sixteenth of a quarter turn apart and in every branch calls the pair with it. The program computes what
+the kernels compute; but the pair is analysed once for each piece, where intervals are tight.
+
+`make prove` runs it anew and rewrites this page, and fails at the first alarm. Its tests hand in kernels with an array
+that is too short, a temporary that is never set, an output left out, a division, angles out of range, and a pair whose
+guard is gone; each is noticed.
+""".splitlines()
+
+
+def _ranges() -> list[str]:
+    lines = [
+        "",
+        "## Ranges",
+        "",
+        "The limits of the robot file. What has none is taken to go, if it turns,",
+        f"{_word(TURNS)} turns to either side, and otherwise as far as the robot is long.",
+        "",
+        "| robot | joints | from | to |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name in ROBOTS:
+        arm = robot(name)
+        for variable, (low, high) in zip(arm.variables, joint_range(arm), strict=True):
+            free = "" if variable.limits else " (no limits)"
+            unit = _unit(arm, variable.type)
+            lines.append(f"| {name} | {variable.name}{free} | {low:.6g} {unit} | {high:.6g} {unit} |")
+    return lines
+
+
+def _table(outcomes: dict[str, Outcome]) -> list[str]:
+    lines = [
+        "",
+        "## Results",
+        "",
+        "Where Eva found the outputs to lie. Intervals do not see that the sine and the cosine of an angle belong",
+        "together, so the bounds are wider than the truth, the more so the longer the chain; they are rounded",
+        "outwards. The hash is of the kernel file without its comments.",
+        "",
+        "| file | hash | alarms | rotation, `fk` | rotation, `frames` | position, `fk` | position, `frames` |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for name in ROBOTS:
+        unit = robot(name).units.length
+        for real in Real:
+            outcome = outcomes[c_file(name, "c", real).removesuffix(".c")]
+            shown = [
+                _interval(outcome.shown[f"{function}_{kind}"]) + (f" {unit}" if kind == "position" else "")
+                for kind in ("rotation", "position")
+                for function in ("fk", "frames")
+            ]
+            file = c_file(name, "c", real)
+            lines.append(f"| `{file}` | `{digest(name, real)}` | {outcome.alarms} | {' | '.join(shown)} |")
+    return lines
+
+
+def _pairs() -> list[str]:
+    double, single = (f"{SINCOS[real].limit:g}" for real in (Real.DOUBLE, Real.FLOAT))
+    return f"""
+## The sine-cosine pair
+
+Proved besides, of the pair alone:
+
+- for every angle up to {double} rad (double) or {single} rad (float) no operation gives an infinity or a NaN, and both
+  results are finite;
+- for every other one, infinities and NaN among them, both results are NaN.
+""".splitlines()
+
+
+def _limits() -> list[str]:
+    return """
+## What is not proved here
+
+- That the results are right, and to how many digits: every build compares with a reference, and the header states the
+  error.
+- Anything about angles of the kernels between the ranges above and the range of the pair; there the pair is finite or
+  NaN, as above.
+- Calls whose arrays overlap, which the headers forbid; rounding other than to nearest; products and sums fused by a
+  compiler; the compiler itself.
+
+""".splitlines()
+
+
+def _words(proof: Proof, outcome: Outcome) -> list[str]:
+    return [f"{proof.subject}:", "", "```text", *outcome.summary.splitlines(), "```", ""]
+
+
+def options_line() -> str:
+    """The options, as one would type them."""
+    return " ".join(option if " " not in option else f"'{option}'" for option in OPTIONS)
+
+
+def _unit(arm: Robot, kind: JointType) -> str:
+    return arm.units.length if kind is JointType.PRISMATIC else "rad"
+
+
+def _word(number: int) -> str:
+    return ("no", "one", "two", "three", "four")[number]
+
+
+def _interval(bounds: Iterable[float]) -> str:
+    low, high = bounds
+    return f"{_outwards(low, math.floor)} to {_outwards(high, math.ceil)}"
+
+
+def _outwards(value: float, rounding: object) -> str:
+    """A bound with three digits, rounded away from the interval."""
+    if value == 0:
+        return "0"
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
+    up = math.floor if rounding is math.floor else math.ceil
+    return f"{up(value / step) * step:.{_DIGITS}g}"
