@@ -27,6 +27,10 @@ UNITS: tuple[Vector, Vector, Vector] = (
 )
 
 
+_NEAR_THE_TIP = 6
+"""How many turns from the tip on are tried as the place at which the last shift is added."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """One way to evaluate a folded chain.
@@ -86,8 +90,11 @@ def cheapest_plan(folded: Folded) -> Plan:
 def _attachments(folded: Folded, plan: Plan) -> Iterator[Plan]:
     axes = [axis for axis in range(3) if folded.shifts[-1][axis] != 0]
     if axes and folded.turns:
-        lowest = len(folded.turns) - 1 if all(axis in plan.carried for axis in axes) else 0
-        yield from (Plan(plan.carried, level) for level in range(lowest + 1))
+        yield Plan(plan.carried, 0)
+        if all(axis in plan.carried for axis in axes):
+            # Further from the tip it pays less and less, and each candidate of a long chain takes its time.
+            last = len(folded.turns) - 1
+            yield from (Plan(plan.carried, level) for level in range(max(1, last - _NEAR_THE_TIP), last + 1))
 
 
 def _plan_cost(folded: Folded, plan: Plan) -> int:
