@@ -107,10 +107,15 @@ def _build(
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
         # The longest first, so that the last one to end is a short one.
         jobs = [start(unit) for unit in sorted((*units, own[0]), key=lambda unit: -len(sources[unit.source]))]
-        _write_wrapper(folder / _WRAPPER, cdef, module)
-        jobs.append(start(own[1]))
-        for job in jobs:
-            job.result()
+        try:
+            _write_wrapper(folder / _WRAPPER, cdef, module)
+            jobs.append(start(own[1]))
+            for job in jobs:
+                job.result()
+        except BaseException:
+            # Ctrl-C, or one file refused: what waits is not begun.
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     objects = sorted(f"{unit.name}.o" for unit in (*units, *own))
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
     return (folder / EXTENSION).read_bytes()

@@ -239,9 +239,6 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Ctrl-C goes to a group of processes on POSIX")
-@pytest.mark.xfail(
-    strict=False, raises=subprocess.TimeoutExpired, reason="compilers that wait are started all the same"
-)
 def test_ctrl_c_while_the_compiler_runs_ends_everything(earlier: Path, tmp_path: Path) -> None:
     """The terminal sends it to the compilers too; none is started after it, and no folder stays."""
     before = picture(earlier)
