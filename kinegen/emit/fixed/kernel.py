@@ -46,6 +46,23 @@ class FixedFunction:
 
 
 @dataclass(frozen=True, slots=True)
+class Scaling:
+    """A division by a power of two, rounded.
+
+    Attributes:
+        shift: Its exponent.
+        before: The exponent less one.
+        power: The divisor.
+        half: Half of it; 0 where nothing is divided.
+    """
+
+    shift: int
+    before: int
+    power: int
+    half: int
+
+
+@dataclass(frozen=True, slots=True)
 class FixedContext:
     """What the templates `fixed/kernel.h.jinja` and `fixed/kernel.c.jinja` are given."""
 
@@ -69,9 +86,9 @@ class FixedContext:
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
     functions: tuple[FixedFunction, ...]
-    shifts: tuple[int, ...]
-    rounds: tuple[int, ...]
-    parts: tuple[int, ...]
+    shifts: tuple[Scaling, ...]
+    rounds: tuple[Scaling, ...]
+    parts: tuple[Scaling, ...]
     multiplies: bool
     sincos: bool
 
@@ -122,12 +139,18 @@ def fixed_context(fixed: FixedKernels) -> FixedContext:
         parameter_names=names,
         defaults=tuple((name, f"{value}") for name, value in zip(names, fixed.defaults, strict=True)),
         functions=tuple(_function(fixed, program) for program in fixed.programs),
-        shifts=tuple(s for s in needed_shifts(fixed.programs, Operation.MULTIPLY) if s != NUMBER_BITS),
-        rounds=needed_shifts(fixed.programs, Operation.ROUND),
-        parts=needed_shifts(fixed.programs, Operation.TURN_PART),
+        shifts=tuple(
+            _scaling(shift) for shift in needed_shifts(fixed.programs, Operation.MULTIPLY) if shift != NUMBER_BITS
+        ),
+        rounds=tuple(_scaling(shift) for shift in needed_shifts(fixed.programs, Operation.ROUND)),
+        parts=tuple(_scaling(shift) for shift in needed_shifts(fixed.programs, Operation.TURN_PART)),
         multiplies=sincos or NUMBER_BITS in needed_shifts(fixed.programs, Operation.MULTIPLY),
         sincos=sincos,
     )
+
+
+def _scaling(shift: int) -> Scaling:
+    return Scaling(shift, shift - 1, 2**shift, 2**shift // 2)
 
 
 def _macros(fixed: FixedKernels, has_strokes: bool, has_lengths: bool) -> Iterator[tuple[str, str]]:
