@@ -23,7 +23,17 @@ from benchmarks.speed.c_text import (
     plain_text,
 )
 from benchmarks.speed.clock import Case, Effort, Timing, measure, ratio
-from benchmarks.speed.library import LAYOUTS, Build, Run, default_build, kernel, kernel_library, libm_build, loop
+from benchmarks.speed.library import (
+    LAYOUTS,
+    Build,
+    Run,
+    default_build,
+    kernel,
+    kernel_build,
+    kernel_library,
+    libm_build,
+    loop,
+)
 from benchmarks.speed.rows import Row
 from kinegen.emit.reals import Real
 from kinegen.native.compiler import Compiler
@@ -255,11 +265,10 @@ def _other_builds() -> Iterator[Build]:
         if shutil.which(name):
             compiler = _compiler(name)
             for label, march in targets.items():
-                yield Build(f"{name}, {label}", compiler, Flags(march=march).arguments())
-            yield Build(f"{name}, reproducible", compiler, Flags(contraction=False).arguments())
+                yield kernel_build(f"{name}, {label}", compiler, Flags(march=march))
+            yield kernel_build(f"{name}, reproducible", compiler, Flags(contraction=False))
     if shutil.which("gcc"):
-        ordered = ("-fschedule-insns", "-fsched-pressure")
-        yield Build("gcc, native, ordered early", _compiler("gcc"), (*Flags().arguments(), *ordered))
+        yield Build("gcc, native, order as written", _compiler("gcc"), Flags().arguments(batch=True))
 
 
 def _compiler(name: str) -> Compiler:

@@ -61,7 +61,12 @@ class Build:
 
 def default_build() -> Build:
     """How the package is compiled, and with it the floor."""
-    return Build("kernel", find_compiler(), Flags().arguments())
+    return kernel_build("kernel", find_compiler(), Flags())
+
+
+def kernel_build(name: str, compiler: Compiler, flags: Flags) -> Build:
+    """A build with the flags that a package's batch kernels are compiled with."""
+    return Build(name, compiler, (*flags.arguments(batch=True), *compiler.scheduling))
 
 
 def libm_build() -> Build:
