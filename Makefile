@@ -82,11 +82,11 @@ docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrit
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
 
-# Peers take part where they are installed: $(BIN)/python -m pip install -e '.[bench]'
 prove: $(VENV)/.dev ## proves with Frama-C that the kernels have no run-time error; rewrites docs/proof.md
 	$(BIN)/python scripts/prove_eva.py
 	$(BIN)/python -m pytest tests/prove
 
+# Peers take part where they are installed: $(BIN)/python -m pip install -e '.[bench]'
 bench: $(VENV)/.kinegen ## prints the figures of this machine
 	$(BIN)/python -m benchmarks.speed $(BENCH_OPTIONS)
 

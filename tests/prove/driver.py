@@ -8,10 +8,8 @@ pair once for each piece.
 
 from __future__ import annotations
 
-import itertools
 import math
-import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +18,11 @@ from kinegen.emit.c.kernel import emit_kernel, output_argument
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.ir.program import Program
 from kinegen.naming import c_file, function, macro, prefix, sincos_macro
 from kinegen.robot.extent import joint_box
 from kinegen.robot.model import JointType, Robot
+from tests.prove.angles import Box, angle_range, rounded
 from tests.prove.pieces import cuts, pair_text
 
 TURNS = 2
@@ -31,15 +30,6 @@ TURNS = 2
 
 FARTHEST = 5 * 2 * math.pi
 """Angles beyond this are analysed in one piece: nothing is proved of them, and the program stays small."""
-
-Box = tuple[tuple[float, float], ...]
-
-_COMBINED: Mapping[Operator, Callable[..., float]] = {
-    Operator.ADD: operator.add,
-    Operator.SUB: operator.sub,
-    Operator.MUL: operator.mul,
-    Operator.NEG: operator.neg,
-}
 
 HEAD = '#include "__fc_builtin.h"\n\n'
 
@@ -127,35 +117,6 @@ def guard_driver(real: Real) -> Driver:
     return Driver(f"guard_{real}", {"main.c": _pair_program(real, body)}, len(outside))
 
 
-def angle_range(kernels: Kernels, box: Box) -> tuple[float, float]:
-    """The smallest and the largest angle whose sine and cosine the kernels take in a box."""
-    found = [(0.0, 0.0)]
-    for program in kernels.programs:
-        statements = {statement.name: statement for statement in program.statements}
-        angles = {each.operands[0] for each in program.statements if each.operator in (Operator.SIN, Operator.COS)}
-        found += [_interval(angle, statements, kernels, box) for angle in angles]
-    return min(low for low, _ in found), max(high for _, high in found)
-
-
-def _interval(operand: Operand, statements: Mapping[str, Statement], kernels: Kernels, box: Box) -> tuple[float, float]:
-    """Bounds of an angle, which is a sum of multiples of joint variables; good enough for cuts, not for proofs."""
-    match operand:
-        case Variable(index):
-            return box[index]
-        case Constant(value):
-            return float(value), float(value)
-        case RuntimeParameter(name):
-            names = [parameter.name for parameter in kernels.robot.runtime_parameters]
-            default = float(kernels.defaults[names.index(name)])
-            return default, default
-        case Temporary(name):
-            statement = statements[name]
-    parts = [_interval(part, statements, kernels, box) for part in statement.operands]
-    combine = _COMBINED[statement.operator]
-    ends = [combine(*choice) for choice in itertools.product(*parts)]
-    return min(ends), max(ends)
-
-
 def any_between(real: Real, low: float, high: float) -> str:
     """An expression that may be any number of the type from low to high; the ends are rounded outwards."""
     return f"Frama_C_{real}_interval({literal(real, low, -math.inf)}, {literal(real, high, math.inf)})"
@@ -163,12 +124,7 @@ def any_between(real: Real, low: float, high: float) -> str:
 
 def literal(real: Real, value: float, towards: float | None = None) -> str:
     """A number of the type, exactly; one that the type does not hold is rounded to nearest, or else outwards."""
-    if real is Real.DOUBLE:
-        return value.hex()
-    nearest = np.float32(value)
-    if towards is not None and ((nearest > value) if towards < 0 else (nearest < value)):
-        nearest = np.nextafter(nearest, np.float32(towards))
-    return f"{float(nearest).hex()}f"
+    return f"{rounded(real, value, towards).hex()}{_suffix(real)}"
 
 
 def _suffix(real: Real) -> str:
@@ -187,7 +143,7 @@ def _pair_in_pieces(kernels: Kernels, real: Real, ranges: Box) -> str:
     """The emitted pair, the function that calls it in pieces, and the macro that puts this one in its place."""
     robot = kernels.robot.name
     stem = prefix(robot, real)
-    low, high = angle_range(kernels, ranges)
+    low, high = angle_range(kernels, real, ranges)
     places = cuts(real, max(low, -FARTHEST), min(high, FARTHEST))
     return (
         f"{pair_text(stem, real)}\n\n"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
+import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -15,7 +16,7 @@ from kinegen.naming import c_file
 from kinegen.robot.model import JointType, Robot
 from tests.emit.emitted import kernels, robot
 from tests.prove.driver import TURNS, Driver, guard_driver, joint_range, kernel_driver, pair_driver
-from tests.prove.eva import OPTIONS, Outcome
+from tests.prove.eva import OPTIONS, PROGRAM, Outcome
 
 ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
 """The robots whose kernels are proved."""
@@ -84,6 +85,12 @@ def page(done: Sequence[tuple[Proof, Outcome]], version: str) -> str:
             *_pairs(),
             *_limits(),
             "## Frama-C's words",
+            "",
+            "The options; pairs outside their range are analysed with `-warn-special-float none`, since NaN is wanted there:",
+            "",
+            "```text",
+            *_options(),
+            "```",
             "",
             *(line for proof, outcome in done for line in _words(proof, outcome)),
         ]
@@ -192,9 +199,15 @@ def _words(proof: Proof, outcome: Outcome) -> list[str]:
     return [f"{proof.subject}:", "", "```text", *outcome.summary.splitlines(), "```", ""]
 
 
-def options_line() -> str:
-    """The options, as one would type them."""
-    return " ".join(option if " " not in option else f"'{option}'" for option in OPTIONS)
+def _options() -> list[str]:
+    """The options, in lines."""
+    words = [option if " " not in option else f"'{option}'" for option in OPTIONS]
+    return textwrap.wrap(
+        f"{PROGRAM} {' '.join(words)} -warn-special-float non-finite main.c",
+        110,
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
 
 
 def _unit(arm: Robot, kind: JointType) -> str:
