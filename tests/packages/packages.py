@@ -25,7 +25,7 @@ STUBS = Path(__file__).resolve().parent / "stubs"
 ROBOTS = ("puma560", "hand", "calibrated_2r", "blocks")
 """An arm; a tree with five tips; runtime parameters; no joint at all."""
 
-DEBIAN = {"cmake": "cmake", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "g++": "g++", "gcc": "gcc"}
+DEBIAN = {"cmake": "cmake", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "avr-gcc": "gcc-avr", "g++": "g++", "gcc": "gcc"}
 """What to install for a program, on Debian."""
 
 
@@ -60,7 +60,7 @@ def run(command: Sequence[str | Path], folder: Path, **variables: str) -> str:
 
 def _path() -> str:
     """The folders of the programs in use, without the environment of the tests."""
-    found = (shutil.which(program) for program in ("cmake", "make", "gcc", "arm-none-eabi-gcc", "sh"))
+    found = (shutil.which(program) for program in ("cmake", "make", "gcc", "arm-none-eabi-gcc", "avr-gcc", "sh"))
     return ":".join(dict.fromkeys(str(Path(program).parent) for program in found if program))
 
 

@@ -160,6 +160,14 @@ def test_the_sketches_run(robot: str, sketch: str, tmp_path: Path) -> None:
         assert re.fullmatch(rf"({robot}_f32_selftest: largest difference [\d.]+e-9, passed\n){{2}}", told)
 
 
+def test_the_library_compiles_for_an_avr(tmp_path: Path) -> None:
+    need("avr-gcc")
+    library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO)
+    for source in (library / "src").rglob("*.c"):
+        flags = ["-mmcu=atmega328p", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror", f"-I{library / 'src'}"]
+        run(["avr-gcc", *flags, "-c", source, "-o", tmp_path / "object.o"], library)
+
+
 def test_a_sketch_finds_the_library_by_its_first_include() -> None:
     """Only headers that stand in src itself lead the IDE to a library."""
     for path, text in project("puma560", Ecosystem.ARDUINO).items():

@@ -86,7 +86,7 @@ def page(done: Sequence[tuple[Proof, Outcome]], version: str) -> str:
             *_limits(),
             "## Frama-C's words",
             "",
-            "The options; pairs outside their range are analysed with `-warn-special-float none`, since NaN is wanted there:",
+            "The options; pairs outside their range are analysed with `-warn-special-float none`: NaN is wanted there.",
             "",
             "```text",
             *_options(),
