@@ -165,10 +165,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("emit") as detail:
         kernels = Kernels(robot, programs, runtime_defaults(robot))
         emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
-        project = None
-        if options.package is not None:
-            project = emit_project(kernels, emitted.files, options.reals, options.package)
-        detail.append(f"{len(emitted.files if project is None else project)} files")
+        project = _project(kernels, emitted, options)
+        detail.append(f"{len(project or emitted.files)} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
@@ -212,6 +210,13 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
     """
     robot = load(path)
     return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), runtime_defaults(robot))
+
+
+def _project(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> dict[str, str]:
+    """The files of the firmware package; none if none is asked for."""
+    if options.package is None:
+        return {}
+    return emit_project(kernels, emitted.files, options.reals, options.package)
 
 
 def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple[Extension | None, tuple[str, ...]]:
