@@ -57,7 +57,7 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
     """The kind of every temporary.
 
     A constant has the kind that its place asks for. Where a temporary serves as a number and as a length (a link may be
-    as long as the cosine of a twist), it gets one of the two kinds.
+    as long as the cosine of a twist), it gets one of the two kinds; so it does where its constants do not tell.
 
     Args:
         robot: The robot.
@@ -78,15 +78,15 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
         for statement in program.statements
         if statement.name in angles or statement.operator in _TRIGONOMETRIC
     }
-    sizes: dict[str, float] = {}
+    # Constants have no kind, and a link of length 1 is not even one of them; but no number is larger than 1.
+    sizes = exact_sizes(program, angles)
+    kinds |= {name: Kind.LENGTH for name, size in sizes.items() if name not in kinds and size > _UNIT}
     open_ones = [statement for statement in program.statements if statement.name not in kinds]
-    while open_ones:
-        _propagate(robot, program, open_ones, kinds)
-        open_ones = [statement for statement in open_ones if statement.name not in kinds]
-        if open_ones:
-            # The constants of a program have no kind. What fits the scale of numbers is as good as one.
-            sizes = sizes or exact_sizes(program, angles)
-            kinds[open_ones[0].name] = Kind.NUMBER if sizes[open_ones[0].name] <= _UNIT else Kind.LENGTH
+    _propagate(robot, program, kinds)
+    for statement in open_ones:
+        if statement.name not in kinds:
+            kinds[statement.name] = Kind.NUMBER  # the scale of numbers serves whatever is as small
+            _propagate(robot, program, kinds)
     return kinds
 
 
@@ -124,7 +124,7 @@ def _mixed(robot: Robot, operand: Variable | RuntimeParameter) -> KinegenError:
     return refuse(robot, reason, variable.line)
 
 
-def _propagate(robot: Robot, program: Program, open_ones: list[Statement], kinds: dict[str, Kind]) -> None:
+def _propagate(robot: Robot, program: Program, kinds: dict[str, Kind]) -> None:
     """Carry kinds from inputs to results and from results to operands, until nothing is added."""
 
     def known(operand: Operand) -> Kind | None:
@@ -132,13 +132,15 @@ def _propagate(robot: Robot, program: Program, open_ones: list[Statement], kinds
             return kinds.get(operand.name)
         return None if isinstance(operand, Constant) else input_kind(robot, operand)
 
+    computed = [statement for statement in program.statements if kinds.get(statement.name) is not Kind.ANGLE]
+    computed = [statement for statement in computed if statement.operator not in _TRIGONOMETRIC]
     before = -1
     while len(kinds) > before:
         before = len(kinds)
         for operand, kind in zip(program.outputs, output_kinds(program), strict=True):
             if isinstance(operand, Temporary):
                 kinds.setdefault(operand.name, kind)
-        for statement in (*open_ones, *reversed(open_ones)):
+        for statement in (*computed, *reversed(computed)):
             for name, kind in _conclusions(robot, statement, known):
                 kinds.setdefault(name, kind)
 
