@@ -21,10 +21,10 @@ strokes = st.sampled_from(["q", "-q", "q + 0.1", "0.5*q + a"])
 @st.composite
 def rows(draw: st.DrawFn, index: int, movers: list[str]) -> str:
     """One row: of any convention, revolute, prismatic, screw, following or fixed."""
-    kind = draw(st.sampled_from(["revolute"] * 5 + ["prismatic", "screw", "fixed", "follower"]))
+    kind = draw(st.sampled_from(["revolute"] * 5 + ["prismatic", "screw", "fixed", "follower", "slider"]))
     convention = draw(st.sampled_from(CONVENTIONS))
     theta, d = draw(twists), draw(lengths)
-    if kind == "revolute" or (kind in ("prismatic", "screw") and convention == "hayati"):
+    if kind == "revolute" or (kind in ("prismatic", "screw", "slider") and convention == "hayati"):
         kind, theta = "revolute", draw(turns)
     elif kind == "prismatic":
         d = draw(strokes)
@@ -32,6 +32,9 @@ def rows(draw: st.DrawFn, index: int, movers: list[str]) -> str:
         theta, d = "q", "0.01*q/(2*pi)"
     elif kind == "follower" and movers:
         theta = f"{draw(st.sampled_from(['0.5', '-1', '2']))}*{draw(st.sampled_from(movers))} + 10"
+    elif kind == "slider" and movers:
+        # A length that follows a joint: its angle is then needed as a number too, with either sign.
+        d = f"{draw(st.sampled_from(['0.01', '-0.01', '-1', '2', '-2']))}*{draw(st.sampled_from(movers))}"
     if kind in ("revolute", "prismatic", "screw"):
         movers.append(f"j{index}")
     a, alpha = draw(lengths), draw(twists)

@@ -22,7 +22,7 @@ def joint_vectors(robot: Robot) -> np.ndarray:
 
 
 @given(robots())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_pose_of_any_chain_or_tree_equals_the_reference(robot: Robot) -> None:
     q = joint_vectors(robot)
     program = lower(derive(robot, Quantity.POSE))
@@ -32,7 +32,7 @@ def test_pose_of_any_chain_or_tree_equals_the_reference(robot: Robot) -> None:
 
 
 @given(robots())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_frames_of_any_chain_or_tree_equal_the_reference(robot: Robot) -> None:
     q = joint_vectors(robot)
     program = lower(derive(robot, Quantity.FRAMES))
@@ -44,7 +44,7 @@ def test_frames_of_any_chain_or_tree_equal_the_reference(robot: Robot) -> None:
 
 
 @given(robots())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_position_is_the_last_column_of_the_pose(robot: Robot) -> None:
     q = joint_vectors(robot)
     program = lower(derive(robot, Quantity.POSITION))
