@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import shutil
 import signal
 import stat
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,43 @@ def test_a_full_disk_leaves_the_earlier_output(earlier: Path, tmp_path: Path, mo
         make(write_robot(tmp_path), earlier, compile=False)
 
     assert picture(earlier) == before
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of its own of half a megabyte, where one may be had."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=512k", "tmpfs", str(folder)]
+    may = sys.platform == "linux" and os.geteuid() == 0
+    if not may or subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("needs a disk of its own, which only root can have, and not everywhere")
+    yield folder
+    subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def test_a_disk_that_is_really_full_leaves_the_earlier_output(disk: Path, earlier: Path, tmp_path: Path) -> None:
+    shutil.copytree(earlier, disk / "out")
+    before = picture(disk / "out")
+    with contextlib.suppress(OSError), (disk / "filler").open("wb", buffering=0) as filler:
+        while True:
+            filler.write(bytes(4096))
+
+    with pytest.raises(WriteError, match="No space left on device; the earlier output is untouched"):
+        make(write_robot(tmp_path), disk / "out")
+
+    assert picture(disk / "out") == before
+
+
+def test_a_disk_that_is_read_only_leaves_the_earlier_output(disk: Path, earlier: Path, tmp_path: Path) -> None:
+    shutil.copytree(earlier, disk / "out")
+    before = picture(disk / "out")
+    subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+
+    with pytest.raises(WriteError, match="Read-only file system; the earlier output is untouched"):
+        make(write_robot(tmp_path), disk / "out")
+
+    assert picture(disk / "out") == before
 
 
 @pytest.mark.parametrize("compiled", [True, False], ids=["compiling", "proving"])

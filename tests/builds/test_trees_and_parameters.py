@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -196,6 +197,23 @@ def test_a_robot_without_joints_gives_its_pose_for_no_joint_values(package_of: C
     np.testing.assert_allclose(
         blocks.fk(np.zeros(0)), reference.pose(robot, np.zeros((1, 0)))[0, 0], rtol=0, atol=1e-15
     )
+
+
+def test_a_compiled_package_without_cffi_evaluates_with_numpy_and_says_why(built: Path) -> None:
+    """Of cffi the extension needs the run-time part, which a copy of the folder may not find elsewhere."""
+    code = """
+import sys, warnings
+sys.modules["_cffi_backend"] = sys.modules["cffi"] = None
+sys.path.insert(0, sys.argv[1])
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    import arm
+print(arm.backend, [str(warning.message) for warning in caught])
+"""
+    done = subprocess.run([sys.executable, "-c", code, built], capture_output=True, text=True, check=True)
+
+    assert done.stdout.startswith("numpy ['arm: _native.abi3.so is not used, NumPy is: ")
+    assert "_cffi_backend" in done.stdout
 
 
 def test_what_a_build_reports_is_what_it_did(tmp_path: Path) -> None:
