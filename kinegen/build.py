@@ -38,6 +38,8 @@ from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain
+from kinegen.verify.fixed import prove_fixed
+from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
 from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.proof import Proof
@@ -54,6 +56,7 @@ class BuildOptions:
         output: Folder in which the package folder of each robot lies.
         reals: Number types.
         quantities: Kinematic quantities.
+        integers: Whether to write the kernels without floating point too.
         compile: Whether to build the compiled extension.
         flags: How to compile it.
         package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
@@ -63,6 +66,7 @@ class BuildOptions:
     output: Path = Path("generated")
     reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
     quantities: tuple[Quantity, ...] = tuple(Quantity)
+    integers: bool = False
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
     package: Ecosystem | None = None
@@ -166,13 +170,15 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         kernels = Kernels(robot, programs, runtime_defaults(robot))
         emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
         project = _project(kernels, emitted, options)
-        detail.append(f"{len(project or emitted.files)} files")
+        integers = _integers(kernels, path) if options.integers else None
+        detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ())} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
-        contents = _contents(emitted, extension)
+        contents = _contents(emitted, extension, integers)
         proof, backend, known = proof_of(robot, contents, options.quantities, tuple(map(str, options.reals)))
+        proof, reasons = _prove_integers(proof, integers, options)
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
         detail.extend(["proved before"] * known)
     costs = _measure(kernels, options, clock)
@@ -191,7 +197,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *map(str, nearly_special(robot)), *precision_notes(kernels, options.reals)),
+        notes=(*notes, *reasons, *map(str, nearly_special(robot)), *precision_notes(kernels, options.reals)),
     )
 
 
@@ -229,6 +235,29 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 
 
+def _integers(kernels: Kernels, path: Path) -> IntegerKernels:
+    """The kernels without floating point; a refusal names the file as the user did."""
+    try:
+        return emit_integers(kernels)
+    except KinegenError as error:
+        raise KinegenError(error.message, str(path), error.line) from error
+
+
+def _prove_integers(
+    proof: Proof, integers: IntegerKernels | None, options: BuildOptions
+) -> tuple[Proof, tuple[str, ...]]:
+    """The proof with that of the kernels without floating point; or as it was, and the reason."""
+    if integers is None:
+        return proof, ()
+    if options.compile:
+        try:
+            found = prove_fixed(integers.fixed, integers.files)
+            return Proof(proof.reach, (*proof.comparisons, *found.comparisons)), ()
+        except MissingToolError:
+            pass
+    return proof, ("the q30 kernels are written without a proof, which takes a C compiler",)
+
+
 def _measure(kernels: Kernels, options: BuildOptions, clock: _Clock) -> tuple[Cost, ...]:
     """Costs on a microcontroller; a build does not fail because an emulator does."""
     if not options.compile or Real.FLOAT not in options.reals or not can_measure():
@@ -243,9 +272,9 @@ def _measure(kernels: Kernels, options: BuildOptions, clock: _Clock) -> tuple[Co
         return costs
 
 
-def _contents(emitted: Emitted, extension: Extension | None) -> dict[str, str | bytes]:
+def _contents(emitted: Emitted, extension: Extension | None, integers: IntegerKernels | None) -> dict[str, str | bytes]:
     compiled = {} if extension is None else {EXTENSION: extension.content}
-    return {**emitted.files, **compiled}
+    return {**emitted.files, **compiled, **(integers.files if integers else {})}
 
 
 def _stale(emitted: Emitted) -> Callable[[Path], bool]:

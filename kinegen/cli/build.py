@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from kinegen.build import BuildOptions, BuildResult, Stage
 
 REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
+INTEGERS = {"q30": REALS["double"], "all": REALS["both"]}
+"""The choices with kernels in integers, and the number types beside them."""
 
 
 def quantities_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
@@ -39,7 +41,12 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     type=click.Path(path_type=Path),
     help="Folder in which each robot gets a folder of its name.  [default: generated]",
 )
-@click.option("--real", type=click.Choice(tuple(REALS)), help="Number types.  [default: both]")
+@click.option(
+    "--real",
+    type=click.Choice((*REALS, *INTEGERS)),
+    help="Number types; q30 writes kernels in integers, for processors without an FPU, beside double for Python, and "
+    "all writes all three.  [default: both]",
+)
 @click.option(
     "--outputs",
     metavar="LIST",
@@ -90,12 +97,17 @@ def command(
 
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
+    if package and real in INTEGERS:
+        raise click.UsageError(
+            f"--package takes floating-point kernels; build with --real {real} alone and copy the files"
+        )
     ecosystem = Ecosystem(package) if package else None
     usual = ecosystem.reals if ecosystem else tuple(Real)
     options = BuildOptions(
         output=output or Path(ecosystem.folder if ecosystem else "generated"),
-        reals=tuple(Real(name) for name in REALS[real]) if real else usual,
+        reals=tuple(Real(name) for name in (REALS | INTEGERS)[real]) if real else usual,
         quantities=outputs,
+        integers=real in INTEGERS,
         package=ecosystem,
         compile=not no_compile,
         flags=Flags(march or "native", portable=portable, contraction=not reproducible),

@@ -114,7 +114,7 @@ def _proof_lines(result: BuildResult) -> list[str]:
 def _worst_lines(result: BuildResult) -> list[str]:
     """Where the largest errors were, for each number type."""
     lines = []
-    for real in ("double", "float"):
+    for real in ("double", "float", "q30"):
         group = [comparison for comparison in result.proof.comparisons if real in comparison.target]
         if not group:
             continue

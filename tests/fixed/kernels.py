@@ -17,7 +17,7 @@ from kinegen.outputs import Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
-from kinegen.verify.fixed import fixed_vectors
+from kinegen.verify.integer_vectors import fixed_vectors
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 
