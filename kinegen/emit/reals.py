@@ -8,6 +8,9 @@ from enum import StrEnum
 from fractions import Fraction
 
 _INFINITY = 0x7F800000
+_SMALLEST_NORMAL = 2.0**-126
+_BELOW, _HALF = 0x1FFFFFFF, 0x10000000
+"""The bits of a double that floats do not have, and those of the middle between two floats."""
 
 
 class Real(StrEnum):
@@ -29,11 +32,16 @@ class Real(StrEnum):
         rounded = self.round(value)
         if self is Real.DOUBLE:
             return repr(rounded)
-        for digits in range(1, 10):
+        # Most numbers need more than six digits, so the shorter texts are tried only where six are enough.
+        for digits in range(1 if _reads_back(f"{rounded:.6g}", rounded) else 7, 10):
             text = f"{rounded:.{digits}g}"
-            if _float32(float(text)) == rounded:
+            if _reads_back(text, rounded):
                 break
         return (text if any(mark in text for mark in ".e") else f"{text}.0") + "F"
+
+
+def _reads_back(text: str, rounded: float) -> bool:
+    return _float32(float(text)) == rounded
 
 
 def _float32(value: float) -> float:
@@ -45,6 +53,9 @@ def _float32(value: float) -> float:
 
 def _nearest_float32(exact: Fraction, nearby: float) -> float:
     """The nearest float, found from the exact number: rounding twice, through double, can be one off."""
+    # It is only where the double lies half-way between two floats, or where floats have fewer digits.
+    if abs(nearby) >= _SMALLEST_NORMAL and struct.unpack("<Q", struct.pack("<d", nearby))[0] & _BELOW != _HALF:
+        return float(struct.unpack("<f", struct.pack("<f", nearby))[0])
     if exact < 0:
         return -_nearest_float32(-exact, -nearby)
     bits = struct.unpack("<I", struct.pack("<f", nearby))[0]
