@@ -150,7 +150,8 @@ def _compare(
         found = result.reshape(expected.shape)
         position = np.abs(found[..., :3, 3] * length - expected[..., :3, 3]).max(axis=2)
         rotation = np.abs(found[..., :3, :3] * number - expected[..., :3, :3]).max(axis=(2, 3))
-        rotation = np.maximum(rotation, np.abs(found[..., 3, :] * number - (0.0, 0.0, 0.0, 1.0)).max(axis=2))
+        is_last = (found[..., 3, :] == (0, 0, 0, 2**NUMBER_BITS)).all(axis=2)
+        rotation = np.where(is_last, rotation, np.inf)  # constants have no error
     else:
         position = np.abs(result * length - expected[..., :3, 3]).max(axis=2)
     errors, turned = largest_errors(program)
