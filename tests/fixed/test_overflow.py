@@ -90,7 +90,7 @@ def test_the_robots_of_ours(name: str) -> None:
 
 
 @given(robot=robots(most_rows=5), seed=st.integers(0, 2**32))
-@settings(max_examples=25, suppress_health_check=list(HealthCheck))
+@settings(max_examples=20, suppress_health_check=list(HealthCheck))
 def test_random_chains(robot: Robot, seed: int) -> None:
     try:
         kernels = planned(robot)

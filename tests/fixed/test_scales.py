@@ -12,12 +12,16 @@ from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import emit_fixed
 from kinegen.errors import KinegenError
 from kinegen.ir.fixed.kinds import find_kinds
+from kinegen.ir.fixed.plan import plan_fixed
 from kinegen.ir.fixed.program import LARGEST, Integer, Operation, Scales
 from kinegen.ir.fixed.rounding import above, nearest_integer
 from kinegen.ir.fixed.turns import PI, binary_angle
 from kinegen.ir.fixed.writer import write_statements
+from kinegen.ir.lower import lower
 from kinegen.naming import c_file
+from kinegen.outputs import Quantity
 from kinegen.robot.load import load
+from kinegen.symbolic.derive import derive
 from tests.fixed import machine
 from tests.fixed.kernels import ROBOTS, arm, fixed, planned
 
@@ -67,6 +71,14 @@ def test_a_stroke_may_be_any_integer() -> None:
     assert kernels.scales.stroke > kernels.scales.length
     assert 2.0 ** (31 - kernels.scales.stroke) >= 1.0
     assert any(each.operation is Operation.ROUND for each in kernels.programs[0].statements)
+
+
+def test_a_stroke_that_is_tiny_beside_the_reach_gets_no_needless_bits() -> None:
+    arms = "{name: j1, theta: q, d: 0, a: 900, alpha: 0}"
+    feed = "{name: feed, theta: 0, d: q, a: 0, alpha: 0, limits: [0, 1e-9]}"
+    kernels = planned(arm(f"joints: [{arms}, {feed}]"))
+
+    assert kernels.scales.length < kernels.scales.stroke <= kernels.scales.length + 20
 
 
 def test_parameters_may_double() -> None:
@@ -169,6 +181,17 @@ def test_what_integers_cannot_do_is_refused_in_one_line(text: str, line: int | N
         planned(arm(text))
 
     assert str(refusal.value) == f"{place}: no q30 kernels for arm: {message}"
+
+
+@pytest.mark.parametrize("twists", [(90, -90, 90, 0, 90), (90, -90, 30, 0, 45), (30, 45, 60)], ids=str)
+def test_a_worm_of_forty_joints_is_no_problem(twists: tuple[int, ...]) -> None:
+    """Bound one by one, values would double from joint to joint."""
+    rows = (f"{{name: j{n}, theta: q, d: 0.1, a: 0.1, alpha: {twists[n % len(twists)]}}}" for n in range(40))
+    robot = arm(f"joints: [{', '.join(rows)}]")
+    scales, (program,) = plan_fixed(robot, [lower(derive(robot, Quantity.POSITION))])
+
+    assert scales.length >= 27
+    assert max(program.errors) < 5 * 40
 
 
 def test_integers_are_nearest_and_opposite_numbers_stay_opposite() -> None:

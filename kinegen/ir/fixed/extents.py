@@ -73,9 +73,10 @@ def _each(places: Places) -> Iterator[tuple[int, Places]]:
     return ((place, places[:index] + places[index + 1 :]) for index, place in enumerate(places))
 
 
-def _offset(beside: Extent, offset: float, error: float) -> Extent:
-    """Values beside a constant vector at right angles."""
-    return Extent(_length(beside.size, offset) * _UNIT, beside.error * _UNIT + error)
+def _offset(beside: Extent, scale: float, offset: float, error: float) -> Extent:
+    """Values multiplied by no more than a scale, and a constant vector at right angles to them."""
+    factor = max(1.0, scale * OUTWARD)
+    return Extent(_length(factor * beside.size, offset) * OUTWARD, factor * beside.error + error)
 
 
 def _join(one: Extent, other: Extent) -> Extent:
@@ -110,12 +111,17 @@ class Extents:
         return self._known[group]
 
     def _bounds(self, group: Places) -> Iterator[Extent]:
-        """Every bound that a rule gives; the last value of the group is traced to what it was made of."""
+        """Every bound that a rule gives."""
         last, rest = group[-1], group[:-1]
-        if rest:
+        is_far = len(group) > _LARGEST_GROUP or len(self._known) > _LARGEST_TABLE or self._depth > _DEEPEST
+        traced = () if rest and is_far else tuple(self._traced(last, rest))
+        yield from traced
+        # three entries of a vector are seldom bounded better one by one
+        if rest and (len(group) < _LARGEST_GROUP or not traced):
             yield _join(self.extent(last), self.extent(*rest))
-            if len(group) > _LARGEST_GROUP or len(self._known) > _LARGEST_TABLE or self._depth > _DEEPEST:
-                return
+
+    def _traced(self, last: int, rest: Places) -> Iterator[Extent]:
+        """The last value of a group traced to what it was made of."""
         match self._values[last]:
             case Given(extent) if not rest:
                 yield extent
@@ -151,16 +157,16 @@ class Extents:
 
     def _sum(self, value: Sum, rest: Places) -> Iterator[Extent]:
         rows = tuple(self._rows(value))
-        turns = tuple(row for row in rows if self._is_pair(row.row))
+        turns = tuple(row for row in rows if self._is_turn(row.row))
         # a*x - b*y and b*x + a*y: the vector (x, y), turned, and multiplied by the length of (a, b)
-        is_turn = False
+        is_vector = False
         for row in turns or rows:
             for other, others in _each(rest):
                 if self._completes(value, row, other):
-                    is_turn = bool(turns)
+                    is_vector = True
                     rounding = _length(row.rounding, next(self._rows(self._values[other])).rounding)
                     yield from self._turned(_Row(row.row, row.vector, rounding), others)
-        if is_turn:
+        if turns and is_vector:
             return  # nothing better can be found
         for row in turns or rows:
             yield from self._turned(row, rest)
@@ -183,15 +189,16 @@ class Extents:
         for line in self._lines(value):
             if abs(line.slope) < 1.0:
                 beside = self.extent(*rest, line.place)
-                yield _offset(beside, line.offset / math.sqrt(1.0 - line.slope * line.slope), line.error)
+                yield _offset(beside, 1.0, line.offset / math.sqrt(1.0 - line.slope * line.slope), line.error)
             for other, others in _each(rest):
                 for second in self._lines(self._values[other]):
-                    if second.place == line.place and _length(line.slope, second.slope) <= _UNIT:
+                    scale = _length(line.slope, second.slope)
+                    if second.place == line.place and scale <= _UNIT:
                         square = line.offset * line.offset + second.offset * second.offset
                         skew = abs(line.slope * line.offset + second.slope * second.offset) + square * 2.0**-50
                         square += 2.0 * skew * self.extent(line.place).size
                         beside = self.extent(*others, line.place)
-                        yield _offset(beside, math.sqrt(square), _length(line.error, second.error))
+                        yield _offset(beside, scale, math.sqrt(square), _length(line.error, second.error))
 
     def _lines(self, value: Value) -> Iterator[_Line]:
         """The ways to read a sum as a constant times a value, plus another constant."""
@@ -218,8 +225,8 @@ class Extents:
         if not rest:
             yield Extent(scale.size * moved.size, scale.size * moved.error + error)
         elif scale.size <= _UNIT:
-            beside = self.extent(*rest, *row.vector)
-            yield Extent(_UNIT * beside.size, _UNIT * beside.error + error)
+            beside, factor = self.extent(*rest, *row.vector), max(1.0, scale.size)
+            yield Extent(factor * beside.size, factor * beside.error + error)
 
     def _rows(self, value: Value) -> Iterator[_Row]:
         """The ways to read a sum of two products as a row times a vector."""
@@ -249,8 +256,15 @@ class Extents:
         return isinstance(self._values[place], (Given, Trigonometric))
 
     def _is_pair(self, places: Places) -> bool:
-        """Whether two values are the sine and the cosine of one angle; no better row can be found."""
+        """Whether two values are the sine and the cosine of one angle."""
         first, second = (self._values[place] for place in places)
         if isinstance(first, Trigonometric) and isinstance(second, Trigonometric):
             return first.angle == second.angle and places[0] != places[1]
         return False
+
+    def _is_turn(self, places: Places) -> bool:
+        """Whether two values are a sine and a cosine, of a constant angle perhaps: no better row can be found."""
+        first, second = (self._values[place] for place in places)
+        if isinstance(first, Given) and isinstance(second, Given):
+            return 1.0 / _UNIT <= self.extent(*places).size <= _UNIT
+        return self._is_pair(places)

@@ -20,6 +20,9 @@ from kinegen.robot.model import Dimension, JointType, Robot
 
 _FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 _FINEST = 60
+_FINER = 16
+"""Bits by which inputs may be finer than the reach; more would be lost at once."""
+
 _ROOM = 2.0
 """How many times its value in the file a length parameter may grow."""
 
@@ -70,10 +73,11 @@ def _input_scales(robot: Robot) -> Scales:
         for parameter in robot.runtime_parameters
         if parameter.dimension is Dimension.LENGTH
     ]
+    finest = fitting_bits(reach(robot, robot.frame_names)) + _FINER
     return Scales(
         length=NUMBER_BITS,
-        stroke=fitting_bits(max(strokes, default=0.0) or 1.0),
-        parameter=fitting_bits(max(parameters, default=0.0) or reach(robot)),
+        stroke=min(finest, fitting_bits(max(strokes, default=0.0) or 1.0)),
+        parameter=min(finest, fitting_bits(max(parameters, default=0.0) or reach(robot))),
     )
 
 
