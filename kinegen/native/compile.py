@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 
 import cffi
 import numpy as np
@@ -100,10 +101,12 @@ def _build(
     includes = tuple(f"-I{path}" for path in _includes())
     own = (Unit(GLUE, Path(GLUE).stem, ("-O2", *includes)), Unit(_WRAPPER, Path(_WRAPPER).stem, ("-O1", *includes)))
 
+    stop = Event()
+
     def start(unit: Unit) -> Future[None]:
         output = ("-o", f"{unit.name}.o", unit.source)
         order = compiler.scheduling if unit.source.endswith("_batch.c") else ()
-        return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source)
+        return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source, stop)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
         # The longest first, so that the last one to end is a short one.
@@ -114,7 +117,8 @@ def _build(
             for job in jobs:
                 job.result()
         except BaseException:
-            # Ctrl-C, or one file refused: what waits is not begun.
+            # Ctrl-C, or one file refused: what runs is ended, what waits is not begun.
+            stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     objects = sorted(f"{unit.name}.o" for unit in (*units, *own))

@@ -11,12 +11,15 @@ import subprocess
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from threading import Event
 
 from kinegen.errors import CompileError, MissingToolError
 
 _NAMES = ("cc", "gcc", "clang")
 _LINES = 3
 """Lines of the compiler's words that a message repeats."""
+_GLANCE = 0.2
+"""Seconds between two looks at whether a running compiler is still wanted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,18 +43,19 @@ class Compiler:
         """
         return ("-fschedule-insns", "-fsched-pressure") if "Free Software Foundation" in self.version else ()
 
-    def run(self, folder: Path, arguments: tuple[str, ...], subject: str) -> None:
+    def run(self, folder: Path, arguments: tuple[str, ...], subject: str, stop: Event | None = None) -> None:
         """Call it in a folder.
 
         Args:
             folder: Working folder.
             arguments: What follows the command.
             subject: What is being made, for the message.
+            stop: Once it is set, the compiler is ended if it runs and not begun if it does not.
 
         Raises:
-            CompileError: With the compiler's first words, if it fails.
+            CompileError: With the compiler's first words, if it fails or is ended.
         """
-        done = _run((*self.command, *arguments), folder)
+        done = _run((*self.command, *arguments), folder, stop)
         if done.returncode:
             lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
             errors = [line for line in lines if "error" in line.lower()] or lines
@@ -77,11 +81,29 @@ def find_compiler() -> Compiler:
     raise MissingToolError(f"there is no C compiler ({wanted}): install one, for example with `apt install gcc`")
 
 
-def _run(command: tuple[str, ...], folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"LC_ALL": "C"}
-    return subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False
-    )
+def _run(command: tuple[str, ...], folder: Path, stop: Event | None = None) -> subprocess.CompletedProcess[str]:
+    if stop and stop.is_set():
+        return subprocess.CompletedProcess(command, 1, "", "it was not begun")
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        env=os.environ | {"LC_ALL": "C"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+    ) as process:
+        while True:
+            try:
+                output, errors = process.communicate(timeout=_GLANCE)
+            except subprocess.TimeoutExpired:
+                if stop and stop.is_set():
+                    process.kill()
+                continue
+            except BaseException:
+                process.kill()
+                raise
+            return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 
 @dataclass(frozen=True, slots=True)
