@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from kinegen.robot.model import Robot
 
-_LEFT_OUT = frozenset({"line", "source", "digest"})
+_LEFT_OUT = frozenset({"line", "source", "digest", "made_of", "chosen"})
 _LENGTH = 16
 
 

@@ -88,6 +88,8 @@ class Parameter:
         dimension: What it measures.
         runtime: Whether it stays an argument of the kernels.
         line: Line of the file.
+        made_of: Names of the earlier parameters that its value was computed from.
+        chosen: Whether the derivatives with respect to it are wanted (see `calibrated`).
     """
 
     name: str
@@ -95,6 +97,8 @@ class Parameter:
     dimension: Dimension
     runtime: bool
     line: int
+    made_of: tuple[str, ...] = ()
+    chosen: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,6 +221,11 @@ class Robot:
     def runtime_parameters(self) -> tuple[Parameter, ...]:
         """The parameters that stay arguments of the kernels."""
         return tuple(parameter for parameter in self.parameters if parameter.runtime)
+
+    @property
+    def varied_parameters(self) -> tuple[Parameter, ...]:
+        """The parameters by which `parameter_jacobian` is taken: those chosen, or all runtime parameters."""
+        return tuple(parameter for parameter in self.parameters if parameter.chosen) or self.runtime_parameters
 
     @property
     def leaves(self) -> tuple[str, ...]:

@@ -109,7 +109,7 @@ def close_parameters(
             value = _closed(parameter, closed, dimensions, degrees=degrees)
             checked_value(value, {})
         closed[parameter.name] = Parameter(
-            parameter.name, value, dimensions[parameter.name], parameter.runtime, parameter.line
+            parameter.name, value, dimensions[parameter.name], parameter.runtime, parameter.line, parameter.slot.words
         )
     return tuple(closed.values())
 

@@ -1,0 +1,150 @@
+"""Entries of the table as runtime parameters: the same robot, and the errors of names that cannot be."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinegen import reference
+from kinegen.errors import KinegenError
+from kinegen.robot.calibrated import DH, calibrated
+from kinegen.robot.expressions import number
+from kinegen.robot.keys import ROW_ENTRIES
+from kinegen.robot.load import loads
+from kinegen.robot.model import Dimension, JointType, Robot
+from tests.chains import robots
+
+ARM = """
+kinegen: 1
+name: arm
+convention: standard
+units: {length: mm, angle: deg}
+parameters: {d1: 89, a2: -425, reach: 100, twice: 2*reach}
+joints:
+  - {name: waist, theta: 90 - q, d: d1, a: 0, alpha: 90}
+  - {name: lift, theta: 45, d: 2*q + 10, a: a2, alpha: 0}
+  - {name: elbow, convention: hayati, theta: q, a: a2, alpha: 0.02, beta: 0}
+  - {name: crank, theta: 0.5*waist + 10, d: 0, a: twice, alpha: 0}
+  - {name: wrist_1, ets: [Rz(q), Tx(d1)]}
+"""
+SEQUENCE = """
+kinegen: 1
+name: steps
+convention: standard
+units: {length: m, angle: rad}
+parameters: {l1: 0.3}
+joints:
+  - {name: hip, ets: [Rz(q), Tx(l1)]}
+"""
+
+
+def arm() -> Robot:
+    return loads(ARM, "arm.yaml")
+
+
+@given(robots(), st.integers(0, 3))
+@settings(max_examples=40)
+def test_the_defaults_are_the_robot_exactly(robot: Robot, seed: int) -> None:
+    if not any(ROW_ENTRIES[row.convention] for row in robot.rows):
+        return
+    varied = calibrated(robot, (DH,))
+    q = np.random.default_rng(seed).uniform(-3, 3, robot.dof)
+
+    with mpmath.workdps(reference.DIGITS):
+        for before, after in zip(reference.pose_mp(robot, q), reference.pose_mp(varied, q), strict=True):
+            assert mpmath.mnorm(before - after) < mpmath.mpf(10) ** (4 - reference.DIGITS)
+    assert varied.variables == robot.variables
+    assert [row.type for row in varied.rows] == [row.type for row in robot.rows]
+
+
+def test_every_entry_gets_a_name_and_its_value_in_kernel_units() -> None:
+    robot = calibrated(arm(), (DH,))
+    names = [parameter.name for parameter in robot.varied_parameters]
+    values = dict(zip(names, robot.varied_parameters, strict=True))
+
+    assert names[:4] == ["a_waist", "alpha_waist", "d_waist", "theta_waist"]
+    assert names[8:12] == ["a_elbow", "alpha_elbow", "theta_elbow", "beta_elbow"]
+    assert len(names) == 4 * 4
+    assert values["d_lift"].value == number(10)
+    assert values["a_lift"].value == values["a_elbow"].value == number(-425)
+    assert values["a_crank"].value == number(200)
+    assert values["theta_waist"].dimension is Dimension.ANGLE
+    assert values["d_waist"].dimension is Dimension.LENGTH
+    assert all(parameter.runtime for parameter in robot.varied_parameters)
+
+
+def test_joint_variables_keep_their_sign_and_factor() -> None:
+    robot = calibrated(arm(), (DH,))
+    q = np.array([0.3, 20.0, -0.4, 0.5])
+    delta = 0.01
+
+    moved = reference.pose(robot, q, {"d_lift": 10 + 2 * delta})
+    np.testing.assert_allclose(moved, reference.pose(robot, q + np.eye(4)[1] * delta), atol=1e-12)
+    turned = reference.pose(robot, q, {"theta_waist": np.pi / 2 - delta, "theta_crank": np.pi / 18 + delta / 2})
+    np.testing.assert_allclose(turned, reference.pose(robot, q + np.eye(4)[0] * delta), atol=1e-12)
+    assert [row.type for row in robot.rows][3] is JointType.FOLLOWER
+
+
+def test_a_parameter_of_the_file_stays_where_an_elementary_sequence_names_it() -> None:
+    robot = calibrated(arm(), (DH,))
+
+    assert [parameter.name for parameter in robot.parameters if not parameter.chosen] == ["d1"]
+    assert not robot.parameters[0].runtime
+
+
+def test_named_parameters_become_runtime_parameters_in_the_order_of_the_file() -> None:
+    robot = calibrated(arm(), ("alpha_elbow", "a2", "d1"))
+
+    assert [parameter.name for parameter in robot.varied_parameters] == ["d1", "a2", "alpha_elbow"]
+    assert robot.runtime_parameters == robot.varied_parameters
+    assert robot.digest != arm().digest
+
+
+def test_a_chosen_parameter_is_told_from_other_runtime_parameters() -> None:
+    robot = loads(ARM.replace("d1: 89", "d1: {value: 89, runtime: true}"), "arm.yaml")
+
+    assert [parameter.name for parameter in robot.varied_parameters] == ["d1"]
+    chosen = calibrated(robot, ("a2",))
+    assert [parameter.name for parameter in chosen.runtime_parameters] == ["d1", "a2"]
+    assert [parameter.name for parameter in chosen.varied_parameters] == ["a2"]
+
+
+def test_a_parameter_that_is_called_like_its_entry_is_that_entry() -> None:
+    robot = calibrated(loads(ARM.replace("a2", "a_elbow"), "arm.yaml"), (DH,))
+
+    assert [parameter.name for parameter in robot.varied_parameters].count("a_elbow") == 1
+    assert "a_lift" in [parameter.name for parameter in robot.varied_parameters]
+
+
+@pytest.mark.parametrize(
+    ("text", "wrt", "message"),
+    [
+        (
+            ARM,
+            ("a_wist",),
+            (
+                "there is no parameter 'a_wist' (expected d1, a2, reach, twice; an entry, such as a_waist, of rows "
+                "waist, lift, elbow, crank; dh for all entries; did you mean a_waist?)"
+            ),
+        ),
+        (ARM, ("d_elbow",), "there is no parameter 'd_elbow'"),
+        (SEQUENCE, ("a_hip",), "there is no parameter 'a_hip' (expected l1)"),
+        (SEQUENCE, (DH,), "the table has no entries, only elementary sequences; name parameters of the file"),
+        (ARM, (DH, "a2"), "parameter 'a2' is replaced by a_lift, a_elbow; leave it out"),
+        (ARM, ("reach",), "parameter 'twice' is computed from 'reach', which is to be set at run time"),
+        (
+            ARM.replace("d1", "A_crank"),
+            (DH,),
+            "entry a of joint 'crank' would be called 'a_crank', too close to parameter 'A_crank'",
+        ),
+        (ARM.replace("wrist_1", "a_waist"), ("a_waist",), "too close to joint 'a_waist'"),
+    ],
+)
+def test_names_that_cannot_be_are_refused_with_those_that_can(text: str, wrt: tuple[str, ...], message: str) -> None:
+    with pytest.raises(KinegenError) as caught:
+        calibrated(loads(text, "arm.yaml"), wrt)
+
+    assert message in caught.value.message
