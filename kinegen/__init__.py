@@ -8,7 +8,7 @@ carry, and a Python module that evaluates poses in bulk. Data goes one way, from
     ir/         Expressions    -> Program        straight-line code, one operation per statement
     emit/       Program        -> {name: text}   one folder of templates per language
     native/     C text         -> callable       compiled extension, threads, arrays
-    verify/     callable       -> Report         the proof, against reference.py
+    verify/     callable       -> Report         the proof, against reference/
     boards/     C text         -> Cost           emulated microcontrollers: the same bits, flash, stack, instructions
     build.py    the stages in order
     cli/        one module per subcommand

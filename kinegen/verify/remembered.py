@@ -26,7 +26,7 @@ from kinegen.verify.proof import Comparison, Proof
 from kinegen.verify.staging import prove_package
 
 _PACKAGE = Path(__file__).parents[1]
-_CHECKS = ("reference.py", "robot/*.py", "verify/*.py")
+_CHECKS = ("reference/*.py", "robot/*.py", "verify/*.py")
 """The code that decides what a proof says of given files."""
 
 

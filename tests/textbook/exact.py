@@ -6,11 +6,12 @@ from functools import cache
 
 import sympy as sp
 
-from kinegen import reference
+from kinegen.reference import chain
+from kinegen.reference.numbers import Kind
 from kinegen.robot.expressions import Arithmetic
-from kinegen.robot.model import Robot
+from kinegen.robot.model import BASE, Robot
 
-_EXACT = reference._Kind(
+_EXACT = Kind(
     arithmetic=Arithmetic(
         number=lambda value: sp.Rational(value.numerator, value.denominator), pi=sp.pi, functions={"sqrt": sp.sqrt}
     ),
@@ -26,13 +27,13 @@ def links(robot: Robot) -> dict[str, sp.Matrix]:
     """The link matrix of every frame but the base, in symbols."""
     values = {parameter.name: sp.Symbol(parameter.name, real=True) for parameter in robot.parameters}
     values |= {variable.name: sp.Symbol(variable.name, real=True) for variable in robot.variables}
-    return reference._links(robot, values, _EXACT)
+    return chain.links_of(robot, values, _EXACT)
 
 
 @cache
 def parents(robot: Robot) -> dict[str, str]:
     """The parent of every frame but the base."""
-    return dict(reference._parents(robot))
+    return dict(chain.parents(robot))
 
 
 def transform(robot: Robot, start: str | int, end: str | int) -> sp.Matrix:
@@ -50,9 +51,9 @@ def transform(robot: Robot, start: str | int, end: str | int) -> sp.Matrix:
 
 
 def _path(robot: Robot, frame: str | int) -> list[str]:
-    name = frame if isinstance(frame, str) else robot.rows[frame - 1].name if frame else reference._ORIGIN
+    name = frame if isinstance(frame, str) else robot.rows[frame - 1].name if frame else chain.ORIGIN
     path = []
-    while name != reference.BASE:
+    while name != BASE:
         path.append(name)
         name = parents(robot)[name]
     return path[::-1]
