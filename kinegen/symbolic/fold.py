@@ -100,7 +100,7 @@ def quarter_turns(angle: sp.Expr) -> tuple[sp.Expr, int]:
 
 
 @dataclass(slots=True)
-class _Folder:
+class Folder:
     """The state while a chain is walked; frozen records leave it."""
 
     shifts: list[Vector] = field(default_factory=lambda: [NULL])
@@ -150,7 +150,7 @@ def fold(steps: Iterable[Elementary]) -> Folded:
     Returns:
         The same transform in folded form.
     """
-    folder = _Folder()
+    folder = Folder()
     for step in steps:
         if isinstance(step, Turn):
             folder.turn(step)
@@ -168,7 +168,7 @@ def trace(steps: Iterable[Elementary]) -> Trail:
     Returns:
         The shifts with the turns before each, and the folded turns of the whole.
     """
-    folder = _Folder()
+    folder = Folder()
     legs: list[Leg] = []
     for step in steps:
         if isinstance(step, Turn):
