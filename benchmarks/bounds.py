@@ -28,7 +28,7 @@ from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.naming import function, prefix
 from kinegen.native.compiler import find_compiler
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.extent import joint_box
 
 ROBOTS = Path(__file__).resolve().parents[1] / "robots"
@@ -174,7 +174,7 @@ def main() -> None:
     print("float kernels, errors in the robot's length unit; ratio: bound by error")
     print(f"{'robot':12} {'output':9} {'':9}{'bound':>10}{'random':>10}{'ratio':>7}{'search':>10}{'ratio':>7}")
     for name in arguments.robots:
-        for quantity in Quantity:
+        for quantity in USUAL:
             print(*lines(name, quantity, arguments.poses), sep="\n")
 
 

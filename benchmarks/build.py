@@ -36,7 +36,7 @@ from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples
@@ -58,12 +58,12 @@ SAMPLING = 0.005  # seconds between two looks at the memory of a process and its
 DERIVE = """
 import sys, time
 from pathlib import Path
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 robot = load(Path(sys.argv[1]))
 begin = time.perf_counter()
-for quantity in Quantity:
+for quantity in USUAL:
     derive(robot, quantity)
 print(time.perf_counter() - begin)
 """
@@ -176,7 +176,7 @@ def _exactness(names: Sequence[str], cache: Path) -> Row:
 
 def _error(name: str, cache: Path) -> tuple[float, str]:
     """The worst error of one robot, compiled as the generated module is, and the frame that has it."""
-    kernels = lower_file(ROBOTS / f"{name}.yaml", tuple(Quantity))
+    kernels = lower_file(ROBOTS / f"{name}.yaml", USUAL)
     robot, reals = kernels.robot, (Real.DOUBLE,)
     sources = emit_kernel(kernels, Real.DOUBLE) | emit_batch(kernels, Real.DOUBLE)
     extension = build_extension(interface_of(kernels, reals), sources, Flags(), cache / "kinegen")

@@ -33,7 +33,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -65,7 +65,7 @@ class BuildOptions:
 
     output: Path = Path("generated")
     reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
-    quantities: tuple[Quantity, ...] = tuple(Quantity)
+    quantities: tuple[Quantity, ...] = USUAL
     integers: bool = False
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
@@ -161,7 +161,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("derive") as detail:
         expressions = [derive(robot, quantity) for quantity in options.quantities]
         plain = derive_plain(robot)
-        detail.append(", ".join(quantity.value for quantity in options.quantities))
+        detail.append(", ".join(map(str, options.quantities)))
     with clock.stage("lower") as detail:
         programs = tuple(lower(each) for each in expressions)
         plain_count = count(lower(plain))

@@ -1,32 +1,192 @@
-"""The kinematic quantities that kernels are built for, and the shape of each."""
+"""The kinematic quantities that kernels are built for, and the arrays that kernels take and give."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
+
+from kinegen.errors import KinegenError
 
 
-class Quantity(StrEnum):
-    """One kinematic quantity, as `--outputs` names it; each becomes a function of its own.
+@dataclass(frozen=True, slots=True)
+class Array:
+    """One argument of a kernel, an input or a result, as Python sees it for one configuration.
 
-    `pose` is the pose of every tip, `frames` the pose of every link and named frame, `position` the position of
-    every tip, all relative to the base frame.
+    Attributes:
+        name: What it is called, such as `q` or `base_T_tool`.
+        shape: Its shape, such as (6,) or (4, 4).
+        is_pose: Whether it holds homogeneous matrices, whose last row is 0 0 0 1; shape then ends in (4, 4).
+        per_frame: Whether its first axis counts the frames (or tips) of the program.
     """
+
+    name: str
+    shape: tuple[int, ...]
+    is_pose: bool = False
+    per_frame: bool = False
+
+    @property
+    def size(self) -> int:
+        """Numbers that are computed or read: of each 4x4 matrix the upper three rows."""
+        return math.prod(self.shape) * 3 // 4 if self.is_pose else math.prod(self.shape)
+
+    @property
+    def blocks(self) -> int:
+        """How often the innermost block occurs: frames, or 1."""
+        return self.shape[0] if self.per_frame else 1
+
+    @property
+    def stored(self) -> int:
+        """Numbers of one block as they lie in memory, the constant last row of a matrix among them."""
+        return math.prod(self.shape[1:] if self.per_frame else self.shape)
+
+
+class Kind(StrEnum):
+    """What is computed."""
 
     POSE = "pose"
     FRAMES = "frames"
     POSITION = "position"
+    JACOBIAN = "jacobian"
+    FK_JACOBIAN = "fk_jacobian"
+    TWIST = "twist"
+    BIAS_ACCELERATION = "bias_acceleration"
+    ACCELERATION = "acceleration"
+    HESSIAN = "hessian"
+    QUATERNION_WXYZ = "quaternion_wxyz"
+    QUATERNION_XYZW = "quaternion_xyzw"
+    RPY_ZYX = "rpy_zyx"
+    RPY_XYZ = "rpy_xyz"
+    EULER_ZYZ = "euler_zyz"
+    AXIS_ANGLE = "axis_angle"
+    QUATERNION_WXYZ_JACOBIAN = "quaternion_wxyz_jacobian"
+    QUATERNION_XYZW_JACOBIAN = "quaternion_xyzw_jacobian"
+    RPY_ZYX_JACOBIAN = "rpy_zyx_jacobian"
+    RPY_XYZ_JACOBIAN = "rpy_xyz_jacobian"
+    EULER_ZYZ_JACOBIAN = "euler_zyz_jacobian"
+    AXIS_ANGLE_JACOBIAN = "axis_angle_jacobian"
+    PARAMETER_JACOBIAN = "parameter_jacobian"
+    INVERSE_POSE = "inverse_pose"
+    TRANSFORM_POINT = "transform_point"
+    ADJOINT = "adjoint"
+    INVERSE = "inverse"
+
+
+class Reference(StrEnum):
+    """The axes and the point in which a velocity is expressed, named as in Pinocchio.
+
+    `local_world_aligned` has the axes of the base and the origin of the frame (Craig's 0J), `local` the axes and the
+    origin of the frame (the body velocity), `world` the axes and the origin of the base (the spatial velocity).
+    """
+
+    LOCAL_WORLD_ALIGNED = "local_world_aligned"
+    LOCAL = "local"
+    WORLD = "world"
+
+
+_REFERRED = (Kind.JACOBIAN, Kind.FK_JACOBIAN, Kind.TWIST, Kind.BIAS_ACCELERATION, Kind.ACCELERATION)
+_FRAMELESS = (Kind.FRAMES, Kind.INVERSE_POSE, Kind.TRANSFORM_POINT, Kind.ADJOINT, Kind.INVERSE)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One kinematic quantity, as `--outputs` names it; each becomes a function of its own.
+
+    `pose` is the pose of every tip, `frames` the pose of every link and named frame, `position` the position of
+    every tip, all relative to the base frame.
+
+    Attributes:
+        kind: What is computed.
+        reference: For velocities, where and in which axes.
+        frame: The frame it is computed for; empty for the tips.
+    """
+
+    kind: Kind
+    reference: Reference = Reference.LOCAL_WORLD_ALIGNED
+    frame: str = ""
+
+    POSE: ClassVar[Quantity]
+    FRAMES: ClassVar[Quantity]
+    POSITION: ClassVar[Quantity]
+
+    def __str__(self) -> str:
+        """As `--outputs` names it: `pose`, `jacobian_local@elbow`."""
+        return f"{self._stem}@{self.frame}" if self.frame else self._stem
 
     @property
     def function(self) -> str:
         """Name of the function in C (after the robot's prefix) and in Python."""
-        return "fk" if self is Quantity.POSE else self.value
-
-    @property
-    def entries(self) -> int:
-        """Computed numbers for each frame: a 3x4 matrix, row by row, or a point."""
-        return 3 if self is Quantity.POSITION else 12
+        stem = "fk" if self.kind is Kind.POSE else self._stem
+        return f"{stem}_{self.frame}" if self.frame else stem
 
     @property
     def is_pose(self) -> bool:
-        """Whether each frame gets a homogeneous matrix, whose last row is 0 0 0 1."""
-        return self is not Quantity.POSITION
+        """Whether the result is poses alone."""
+        return self.kind in (Kind.POSE, Kind.FRAMES)
+
+    @property
+    def _stem(self) -> str:
+        aligned = self.reference is Reference.LOCAL_WORLD_ALIGNED
+        return self.kind.value if aligned else f"{self.kind}_{self.reference}"
+
+
+Quantity.POSE = Quantity(Kind.POSE)
+Quantity.FRAMES = Quantity(Kind.FRAMES)
+Quantity.POSITION = Quantity(Kind.POSITION)
+
+USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
+"""What is built where nothing else is asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """What a kernel computes, for which frames, from what.
+
+    Attributes:
+        quantity: What it computes.
+        frames: The frames for which it computes it, in order.
+        dof: Number of joint variables of the robot.
+        inputs: What it is given, in order.
+        results: What it gives, in order.
+    """
+
+    quantity: Quantity
+    frames: tuple[str, ...]
+    dof: int
+    inputs: tuple[Array, ...]
+    results: tuple[Array, ...]
+
+
+def parse_quantity(text: str) -> Quantity:
+    """Read a quantity as `--outputs` names it.
+
+    Args:
+        text: A kind, then for velocities `_local` or `_world`, then `@` and a frame; such as `jacobian_local@elbow`.
+
+    Returns:
+        The quantity; whether the robot has the frame is not known here.
+
+    Raises:
+        KinegenError: If there is no such quantity; the message lists what there is.
+    """
+    stem, at, frame = text.partition("@")
+    known = {str(quantity): quantity for quantity in every_quantity()}
+    if stem not in known:
+        near = [name for name in known if stem and name.startswith(stem)]
+        raise KinegenError(f"unknown output '{stem}' (expected {', '.join(near or known)})")
+    quantity = known[stem]
+    if at and (quantity.kind in _FRAMELESS or not frame):
+        reason = f"'{stem}' is not computed for a single frame" if frame else "the name of a frame is missing after @"
+        raise KinegenError(f"{text}: {reason}")
+    return Quantity(quantity.kind, quantity.reference, frame)
+
+
+def every_quantity() -> tuple[Quantity, ...]:
+    """All quantities, in order, with every reference and without frames."""
+    return tuple(
+        Quantity(kind, reference)
+        for kind in Kind
+        for reference in Reference
+        if kind in _REFERRED or reference is Reference.LOCAL_WORLD_ALIGNED
+    )

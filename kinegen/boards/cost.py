@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 from kinegen.boards.emulator import run_program
 from kinegen.boards.programs import build_program, write_measured
@@ -71,6 +72,10 @@ class Cost:
     calls: Calls | None
     unit: str
     operations: Count
+
+    def record(self) -> dict[str, Any]:
+        """The same in plain values, for JSON."""
+        return asdict(self) | {"quantity": str(self.quantity)}
 
 
 def measure(kernels: Kernels, real: Real, target: Target) -> tuple[Cost, ...]:

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, compile_object, link
-from kinegen.emit.c.kernel import KernelContext, emit_kernel, kernel_context, output_argument
+from kinegen.emit.c.arguments import flat_call, given
+from kinegen.emit.c.kernel import emit_kernel, kernel_context
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
@@ -135,25 +136,18 @@ def _write(folder: Path, robots: Sequence[Kernels], real: Real, entries: Sequenc
 def _entries(kernels: Kernels, real: Real) -> list[TableEntry]:
     context = kernel_context(kernels, real)
     return [
-        _entry(kernels, context, program, function.name, real)
+        _entry(kernels, program, function.name, real)
         for program, function in zip(kernels.programs, context.functions, strict=True)
     ]
 
 
-def _entry(kernels: Kernels, context: KernelContext, program: Program, name: str, real: Real) -> TableEntry:
-    size = 16 if program.quantity.is_pose else 3
-    frames = len(program.frames)
-    _, nested = output_argument(kernels, program)
-    arguments = ["q"] if kernels.robot.dof else []
-    if context.parameters:
-        arguments.append(f"&{context.prefix}_default_params")
-    arguments.append(f"(real (*)[{size}])result" if nested else "result")
+def _entry(kernels: Kernels, program: Program, name: str, real: Real) -> TableEntry:
     return TableEntry(
         name=name,
         declaration="",
-        call=f"{name}({', '.join(arguments)})",
-        joints=kernels.robot.dof,
-        numbers=size * frames,
+        call=f"{name}({flat_call(kernels, program, real, 'q', 'result')})",
+        joints=sum(array.stored for array in given(program)),
+        numbers=sum(array.stored * array.blocks for array in program.signature.results),
         beyond=real.literal(Fraction(beyond_range(real))),
     )
 

@@ -6,7 +6,6 @@ Emulators take seconds, so the figures are remembered in the user's cache, by th
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from typing import Any
 
 from kinegen.boards.cost import Calls, Cost, better, measure
@@ -18,7 +17,7 @@ from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError
 from kinegen.ir.program import Count
 from kinegen.native.cache import Cache
-from kinegen.outputs import Quantity
+from kinegen.outputs import parse_quantity
 
 USUAL_TARGET = "cortex-m4f"
 """The microcontroller that most arms are driven by; its FPU is for floats."""
@@ -53,16 +52,16 @@ def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
         return tuple(_restored(entry) for entry in json.loads(known))
     costs = measure(kernels, Real.FLOAT, target)
     chosen = tuple(
-        better([cost for cost in costs if cost.quantity is program.quantity]) for program in kernels.programs
+        better([cost for cost in costs if cost.quantity == program.quantity]) for program in kernels.programs
     )
     if all(cost.calls is not None for cost in chosen):
-        store.save(key, json.dumps([asdict(cost) for cost in chosen]).encode())
+        store.save(key, json.dumps([cost.record() for cost in chosen]).encode())
     return chosen
 
 
 def _restored(entry: dict[str, Any]) -> Cost:
     records = {
-        "quantity": Quantity(entry["quantity"]),
+        "quantity": parse_quantity(entry["quantity"]),
         "real": Real(entry["real"]),
         "calls": Calls(**entry["calls"]),
         "operations": Count(**entry["operations"]),

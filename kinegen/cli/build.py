@@ -12,7 +12,7 @@ from kinegen import __version__
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
 
 if TYPE_CHECKING:
     from kinegen.build import BuildOptions, BuildResult, Stage
@@ -23,13 +23,13 @@ INTEGERS = {"q30": REALS["double"], "all": REALS["both"]}
 
 
 def quantities_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
-    """The outputs in the order of `Quantity`, whatever the order in which they were named."""
-    words = [word.strip() for word in text.split(",")]
-    known = [quantity.value for quantity in Quantity]
-    unknown = [word for word in words if word not in known]
-    if unknown:
-        raise click.BadParameter(f"unknown output {unknown[0]!r} (expected one or more of {','.join(known)})")
-    return tuple(quantity for quantity in Quantity if quantity in words)
+    """The outputs in the order of `Kind`, whatever the order in which they were named."""
+    try:
+        found = {parse_quantity(word.strip()) for word in text.split(",")}
+    except KinegenError as error:
+        raise click.BadParameter(error.message) from error
+    places = {kind: place for place, kind in enumerate(Kind)}
+    return tuple(sorted(found, key=lambda quantity: (places[quantity.kind], str(quantity))))
 
 
 @click.command("build", short_help="Writes the kernels, compiles and proves them.")
@@ -50,7 +50,7 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
 @click.option(
     "--outputs",
     metavar="LIST",
-    default=",".join(Quantity),
+    default=",".join(map(str, USUAL)),
     show_default=True,
     callback=quantities_of,
     help="What is computed: pose of the tips, frames of all links, position of the tips.",

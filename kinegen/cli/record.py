@@ -41,7 +41,7 @@ def build_record(result: BuildResult) -> Record:
         "folder": str(result.folder),
         "backend": result.backend,
         "operations": {
-            **{quantity.value: asdict(count) for quantity, count in result.counts.items()},
+            **{str(quantity): asdict(count) for quantity, count in result.counts.items()},
             "plain": asdict(result.plain),
         },
         "angle_sums": [{"name": f"c{angle.label}", "angle": angle.text} for angle in result.angles if angle.is_sum],
@@ -59,7 +59,7 @@ def build_record(result: BuildResult) -> Record:
 def _comparison(comparison: Comparison) -> Record:
     return {
         "target": comparison.target,
-        "quantity": comparison.quantity.value,
+        "quantity": str(comparison.quantity),
         "poses": comparison.poses,
         "holds": comparison.holds,
         "worst": list(comparison.worst),

@@ -37,10 +37,10 @@ def report_lines(result: BuildResult, *, brief: bool) -> list[str]:
 
 def _operations(result: BuildResult) -> list[str]:
     """Ours beside those of the plain product, which there is for the pose alone."""
-    rows = [(quantity.value, str(count), "") for quantity, count in result.counts.items()]
+    rows = [(str(quantity), str(count), "") for quantity, count in result.counts.items()]
     plain = f"a plain product of link matrices: {result.plain}"
     if Quantity.POSE in result.counts:
-        rows = [(*row[:2], plain if row[0] == Quantity.POSE else "") for row in rows]
+        rows = [(*row[:2], plain if row[0] == str(Quantity.POSE) else "") for row in rows]
     else:
         rows.append(("pose", "not built", plain))
     table = columns([(f"{_INDENT}  {name}", *rest) for name, *rest in rows], left=frozenset({0, 1, 2}))
@@ -97,7 +97,7 @@ def _proof_lines(result: BuildResult) -> list[str]:
         rows.append(
             (
                 f"  {target}",
-                worst.quantity.value,
+                str(worst.quantity),
                 f"{sum(comparison.poses for comparison in group):,}",
                 f"{max(comparison.position_error for comparison in group):.1e}",
                 f"{worst.position_tolerance:.1e}",

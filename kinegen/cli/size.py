@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from kinegen import __version__
 from kinegen.cli.build import REALS, quantities_of
 from kinegen.cli.terminal import columns, faint, good, say, strong
 from kinegen.errors import KinegenError
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
     from kinegen.boards.cost import Cost
@@ -45,7 +44,7 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
 @click.option(
     "--outputs",
     metavar="LIST",
-    default=",".join(Quantity),
+    default=",".join(map(str, USUAL)),
     show_default=True,
     callback=quantities_of,
     help="What is computed.",
@@ -73,7 +72,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     costs = [cost for each in reals for cost in measure(kernels, each, target)]
     if as_json:
         document = {"kinegen": __version__, "format": 1, "file": str(file), "robot": kernels.robot.name}
-        say(json.dumps({**document, "target": target.name, "costs": [asdict(cost) for cost in costs]}, indent=2))
+        say(json.dumps({**document, "target": target.name, "costs": [cost.record() for cost in costs]}, indent=2))
         return
     say(strong(f"{file} on {target.name}: {target.title}"))
     say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
@@ -93,7 +92,7 @@ def _table(costs: list[Cost]) -> list[str]:
         first = cost is rivals[0]
         rows.append(
             (
-                cost.quantity.value if first else "",
+                str(cost.quantity) if first else "",
                 cost.real.value if first else "",
                 cost.optimisation,
                 str(cost.function_flash),

@@ -131,10 +131,13 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
         real: The number type.
 
     Returns:
-        Lines of a comment: for the joint box, and for the widest range if any angle has no limits.
+        Lines of a comment: for the joint box, and for the widest range if any angle has no limits. None for functions
+        of more than the joint vector, whose other inputs have no known range.
     """
     robot = kernels.robot
-    of = f" of any {'frame' if program.quantity is Quantity.FRAMES else 'tip'}" if len(program.frames) > 1 else ""
+    if any(given.name != "q" for given in program.signature.inputs):
+        return ()
+    of = f" of any {'frame' if program.quantity == Quantity.FRAMES else 'tip'}" if len(program.frames) > 1 else ""
     errors = _errors(error_bound(kernels, program, real), robot.units.length)
     text = f"Proven error{of}: {errors}."
     if has_free_angles(robot):
@@ -149,6 +152,8 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
 
 
 def _errors(proven: ErrorBound, length: str) -> str:
+    if not proven.frames:
+        return f"any entry <= {two_digits(max(proven.entries))}"
     parts = [f"|p{axis}| <= {two_digits(error)} {length}" for axis, error in zip("xyz", proven.position, strict=True)]
     if proven.rotation is not None:
         parts.append(f"rotation entries <= {two_digits(proven.rotation)}")

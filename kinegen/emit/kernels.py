@@ -8,7 +8,6 @@ from fractions import Fraction
 from kinegen import __version__
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import comment_text
-from kinegen.outputs import Quantity
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Dimension, JointType, Robot
 
@@ -78,10 +77,3 @@ def operation_line(program: Program) -> str:
 def tip_phrase(robot: Robot) -> str:
     """What the last index of a tip array means."""
     return ", ".join(robot.tips)
-
-
-QUANTITY_TEXT = {
-    Quantity.POSE: "Pose of the tool in the base frame.",
-    Quantity.FRAMES: "Poses of all links and named frames in the base frame.",
-    Quantity.POSITION: "Position of the tool's origin in the base frame.",
-}

@@ -52,9 +52,7 @@ def lower(expressions: Expressions) -> Program:
     return name_values(
         values,
         numbers,
-        quantity=expressions.quantity,
-        frames=expressions.frames,
-        dof=len(expressions.variables),
+        signature=expressions.signature,
         parameters=tuple(parameter.name for parameter in expressions.parameters),
     )
 

@@ -23,7 +23,7 @@ from kinegen.ir.program import (
     Variable,
 )
 from kinegen.ir.values import Node, Values
-from kinegen.outputs import Quantity
+from kinegen.outputs import Signature
 
 _TRIGONOMETRIC = (Operator.SIN, Operator.COS)
 
@@ -32,9 +32,7 @@ def name_values(
     values: Values,
     outputs: Sequence[int],
     *,
-    quantity: Quantity,
-    frames: tuple[str, ...],
-    dof: int,
+    signature: Signature,
     parameters: tuple[str, ...],
 ) -> Program:
     """Put live values in order, name them and make them a program.
@@ -42,23 +40,19 @@ def name_values(
     Args:
         values: Numbered values.
         outputs: The number of each output.
-        quantity: What is computed.
-        frames: For which frames.
-        dof: Length of the joint vector.
+        signature: What is computed, for which frames, from what.
         parameters: Names of the runtime parameters.
 
     Returns:
         The checked program.
     """
-    naming = _Naming(values, AngleLabels(dof))
+    naming = _Naming(values, AngleLabels(signature.dof))
     order = naming.order(outputs)
     for number in order:
         naming.name(number)
     statements = tuple(naming.statement(number) for number in order)
     return Program(
-        quantity=quantity,
-        frames=frames,
-        dof=dof,
+        signature=signature,
         parameters=parameters,
         angles=tuple(naming.angles.values()),
         statements=statements,

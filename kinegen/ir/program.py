@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
-from kinegen.outputs import Quantity
+from kinegen.outputs import Quantity, Signature
 
 
 class Operator(StrEnum):
@@ -33,7 +33,7 @@ class Operator(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """Entry `index` of the joint vector."""
+    """Number `index` of the inputs, counted through all of them."""
 
     index: int
 
@@ -106,18 +106,14 @@ class Program:
     """A kernel, independent of any language.
 
     Attributes:
-        quantity: What it computes.
-        frames: The frames for which it computes it.
-        dof: Length of the joint vector.
+        signature: What it computes, for which frames, from what.
         parameters: Names of the runtime parameters, in order.
         angles: The angles whose sine and cosine are taken, in order.
         statements: The code.
-        outputs: `quantity.entries` operands for each frame.
+        outputs: The numbers of the results, one result after the other.
     """
 
-    quantity: Quantity
-    frames: tuple[str, ...]
-    dof: int
+    signature: Signature
     parameters: tuple[str, ...]
     angles: tuple[AngleSum, ...]
     statements: tuple[Statement, ...]
@@ -125,6 +121,16 @@ class Program:
 
     def __post_init__(self) -> None:
         check(self)
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it computes."""
+        return self.signature.quantity
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The frames for which it computes it."""
+        return self.signature.frames
 
 
 def check(program: Program) -> None:
@@ -147,16 +153,17 @@ def check(program: Program) -> None:
     unused = defined - set(_used(program))
     if unused:
         raise ValueError(f"{sorted(unused)} are never used")
-    if len(program.outputs) != program.quantity.entries * len(program.frames):
-        raise ValueError(f"{len(program.outputs)} outputs for {len(program.frames)} frames of {program.quantity}")
+    expected = sum(result.size for result in program.signature.results)
+    if len(program.outputs) != expected:
+        raise ValueError(f"{len(program.outputs)} outputs for results of {expected} numbers")
 
 
 def _check_operand(program: Program, operand: Operand, defined: set[str]) -> None:
     match operand:
         case Temporary(name) if name not in defined:
             raise ValueError(f"{name} is used before it is defined")
-        case Variable(index) if not 0 <= index < program.dof:
-            raise ValueError(f"there is no joint variable {index}")
+        case Variable(index) if not 0 <= index < sum(given.size for given in program.signature.inputs):
+            raise ValueError(f"there is no input {index}")
         case RuntimeParameter(name) if name not in program.parameters:
             raise ValueError(f"there is no runtime parameter {name}")
 

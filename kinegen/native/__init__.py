@@ -5,5 +5,5 @@ glue.py      what the extension offers, and the C between the kernels and Python
 dispatch.py  the C that asks the processor what it can run, and the compilations of each variant
 compile.py   C text -> extension, with compiler.py and cache.py
 package.py   the extension of a robot; a package as a module
-kernel.py    array handling, copied as it is into every package
+runtime/     array handling, copied as it is into every package
 """

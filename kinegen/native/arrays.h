@@ -19,24 +19,26 @@
 /* Layouts of a result, as the batch kernels number them. */
 enum { LAYOUT_4X4 = 0, LAYOUT_3X4 = 1, LAYOUT_JOINT_MAJOR = 2 };
 
-/* What one output takes and gives for one configuration. */
+/* One array of a kernel for one configuration: (6), (4, 4), (tips, 4, 4), (6, 7) and so on. */
 typedef struct {
-    npy_intp dof;
-    int rank;          /* of the result: (4, 4), (tips, 4, 4), (3,) or (tips, 3) */
-    npy_intp shape[3];
-    int is_pose;
-} Output;
+    int rank;
+    npy_intp shape[4];
+    int is_pose;       /* whether it holds matrices, whose last rows some layouts leave out */
+} Form;
 
-/* The arguments of a call, in elements. */
+/* Where an array of a call lies, with strides in elements. */
+typedef struct {
+    void *data;
+    ptrdiff_t pose;    /* from one configuration to the next; for results in joint-major layout from row to row */
+    ptrdiff_t joint;   /* from one number to the next */
+} Place;
+
+/* What a call is. */
 typedef struct {
     int type;          /* NPY_DOUBLE or NPY_FLOAT */
     int single;        /* one contiguous configuration: the scalar kernel serves it */
     size_t count;
-    const void *q;
-    ptrdiff_t q_pose, q_joint;
-    void *out;
-    ptrdiff_t out_stride;
-} Arguments;
+} Call;
 
 /* The first and the last byte that an array touches, the last one exclusive. */
 static void extent(PyArrayObject *array, npy_intp size, const char **low, const char **high)
@@ -77,18 +79,22 @@ static int is_dense(PyArrayObject *array, int lead, npy_intp size)
     return 1;
 }
 
-/* Whether the axes from `lead` on have the extents that the output has in this layout. */
-static int has_shape(PyArrayObject *out, int lead, const Output *output, int layout)
+/* The number of axes of one configuration in a layout. */
+static int inner_rank(const Form *form, int layout)
+{
+    return layout == LAYOUT_JOINT_MAJOR ? 1 : form->rank;
+}
+
+/* Whether the axes from `lead` on have the extents that the array has in this layout. */
+static int has_shape(PyArrayObject *array, int lead, const Form *form, int layout)
 {
     npy_intp rows = 1;
-    for (int i = 0; i < output->rank; ++i) rows *= output->shape[i];
-    if (layout == LAYOUT_JOINT_MAJOR) {
-        return PyArray_NDIM(out) == lead + 1 && PyArray_DIM(out, lead) == (output->is_pose ? rows / 4 * 3 : rows);
-    }
-    if (PyArray_NDIM(out) != lead + output->rank || (layout != LAYOUT_4X4 && !output->is_pose)) return 0;
-    for (int i = 0; i < output->rank; ++i) {
-        const int shorter = layout == LAYOUT_3X4 && i == output->rank - 2;
-        if (PyArray_DIM(out, lead + i) != output->shape[i] - shorter) return 0;
+    if (PyArray_NDIM(array) != lead + inner_rank(form, layout)) return 0;
+    for (int i = 0; i < form->rank; ++i) rows *= form->shape[i];
+    if (layout == LAYOUT_JOINT_MAJOR) return PyArray_DIM(array, lead) == (form->is_pose ? rows / 4 * 3 : rows);
+    for (int i = 0; i < form->rank; ++i) {
+        const int shorter = layout == LAYOUT_3X4 && form->is_pose && i == form->rank - 2;
+        if (PyArray_DIM(array, lead + i) != form->shape[i] - shorter) return 0;
     }
     return 1;
 }
@@ -109,48 +115,66 @@ static int is_behaved(PyArrayObject *array, int flags)
     return PyArray_CHKFLAGS(array, NPY_ARRAY_ALIGNED | flags) && PyArray_ISNBO(PyArray_DESCR(array)->byteorder);
 }
 
-/* Fill in the arguments; 0 for arrays that the kernel cannot use where they lie. Poses are the leading axes. */
-static int read_arrays(uintptr_t q_address, uintptr_t out_address, int layout, const Output *output, Arguments *found)
+/* Find where an array lies, if the kernel can use it there. Poses are the leading axes. */
+static int find_place(PyArrayObject *array, int lead, npy_intp count, npy_intp size, int is_result, int layout, Place *found)
 {
-    PyArrayObject *const q = (PyArrayObject *)q_address, *const out = (PyArrayObject *)out_address;
-    const int lead = PyArray_NDIM(q) - 1, type = PyArray_TYPE(q);
-    const npy_intp size = type == NPY_DOUBLE ? (npy_intp)sizeof(double) : (npy_intp)sizeof(float);
-    npy_intp count = 1, q_pose, out_pose;
+    const int vector = PyArray_NDIM(array) == lead + 1;
+    npy_intp pose;
+    found->data = PyArray_DATA(array);
+    if (!merge(array, lead, size, &pose)) return 0;
+    found->pose = pose / size;
+    found->joint = 1;
+    if (is_result && layout == LAYOUT_JOINT_MAJOR) {
+        if ((count > 1 && pose != size) || PyArray_STRIDE(array, lead) % size != 0) return 0;
+        found->pose = PyArray_STRIDE(array, lead) / size;
+        return 1;
+    }
+    if (is_result || !vector) return is_dense(array, lead, size);
+    if (PyArray_STRIDE(array, lead) % size != 0) return 0;
+    found->joint = PyArray_STRIDE(array, lead) / size;
+    return 1;
+}
 
-    /* Types and shapes. */
-    if ((type != NPY_DOUBLE && type != NPY_FLOAT) || type != PyArray_TYPE(out)) return 0;
-    if (!is_behaved(q, 0) || !is_behaved(out, NPY_ARRAY_WRITEABLE)) return 0;
-    if (lead < 0 || PyArray_DIM(q, lead) != output->dof || !has_shape(out, lead, output, layout)) return 0;
+/* Whether an array has the type, the leading axes and the shape that the others and the kernel have. */
+static int fits(PyArrayObject *array, PyArrayObject *first, int lead, const Form *form, int is_result, int layout)
+{
+    if (PyArray_TYPE(array) != PyArray_TYPE(first) || !is_behaved(array, is_result ? NPY_ARRAY_WRITEABLE : 0)) return 0;
+    if (!has_shape(array, lead, form, layout)) return 0;
     for (int i = 0; i < lead; ++i) {
-        if (PyArray_DIM(q, i) != PyArray_DIM(out, i)) return 0;
-        count *= PyArray_DIM(q, i);
+        if (PyArray_DIM(array, i) != PyArray_DIM(first, i)) return 0;
     }
+    return 1;
+}
 
+/* Find where the arrays of a call lie, inputs first; 0 for arrays that the kernel cannot use where they lie. */
+static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs, int arrays, int layout, Place *places,
+                       Call *call)
+{
+    PyArrayObject *const first = (PyArrayObject *)addresses[0];
+    const int lead = PyArray_NDIM(first) - inner_rank(&forms[0], layout), type = PyArray_TYPE(first);
+    const npy_intp size = type == NPY_DOUBLE ? (npy_intp)sizeof(double) : (npy_intp)sizeof(float);
+    npy_intp count = 1;
+
+    if (lead < 0 || (type != NPY_DOUBLE && type != NPY_FLOAT)) return 0;
+    for (int i = 0; i < lead; ++i) count *= PyArray_DIM(first, i);
     if (count > LARGEST_BLOCK) return 0;
-
-    /* Strides, in bytes until here, in elements from here on. */
-    if (!merge(q, lead, size, &q_pose) && output->dof != 0) return 0; /* nothing is read of an array without elements */
-    if (!merge(out, lead, size, &out_pose)) return 0;
-    if (PyArray_STRIDE(q, lead) % size != 0 && output->dof != 0) return 0;
-    found->type = type;
-    found->count = (size_t)count;
-    found->q = PyArray_DATA(q);
-    found->q_pose = q_pose / size;
-    found->q_joint = PyArray_STRIDE(q, lead) / size;
-    found->out = PyArray_DATA(out);
-    if (layout == LAYOUT_JOINT_MAJOR) {
-        if ((count > 1 && out_pose != size) || PyArray_STRIDE(out, lead) % size != 0) return 0;
-        found->out_stride = PyArray_STRIDE(out, lead) / size;
-    } else {
-        if (!is_dense(out, lead, size)) return 0;
-        found->out_stride = out_pose / size;
-    }
-
+    call->type = type;
+    call->count = (size_t)count;
     /* A single configuration goes to the scalar kernel, or is declined, so that its bits never depend on the way. */
-    found->single = lead == 0 && layout == LAYOUT_4X4;
-    if (output->dof == 0) return 1;
-    if (found->single && !is_dense(q, lead, size)) return 0;
-    return count == 0 || are_apart(q, out, size);
+    call->single = lead == 0 && layout == LAYOUT_4X4;
+    for (int i = 0; i < arrays; ++i) {
+        PyArrayObject *const array = (PyArrayObject *)addresses[i];
+        const int is_result = i >= inputs, is_empty = forms[i].rank == 1 && forms[i].shape[0] == 0;
+        if (!fits(array, first, lead, &forms[i], is_result, layout)) return 0;
+        if (is_empty) continue; /* nothing is read of an array without elements */
+        if (!find_place(array, lead, count, size, is_result, layout, &places[i])) return 0;
+        if (call->single && !is_dense(array, lead, size)) return 0;
+        for (int other = 0; is_result && count != 0 && other < i; ++other) {
+            if (forms[other].rank == 1 && forms[other].shape[0] == 0) continue;
+            if (!are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
+        }
+    }
+    return 1;
 }
 
 #endif

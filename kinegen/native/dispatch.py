@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinegen.native.flags import Flags
-from kinegen.native.glue import HEADER, Interface, OutputShape, batch_arguments
+from kinegen.native.glue import HEADER, Function, Interface, batch_arguments
 
 NEEDS = "kinegen_needs.c"
 """Compiled like the kernels; holds data alone."""
@@ -64,7 +64,7 @@ def units(interface: Interface, names: tuple[str, ...], flags: Flags) -> tuple[U
     for name in names:
         stem, plain = name.removesuffix(".c"), flags.arguments(batch=name in batches)
         if name in batches and flags.variants:
-            functions = [f"{interface.prefix(batches[name])}_{output.name}_batch" for output in interface.outputs]
+            functions = [f"{interface.prefix(batches[name])}_{function.name}_batch" for function in interface.functions]
             for variant in flags.variants:
                 renames = tuple(f"-D{function}={function}_{variant.name}" for function in functions)
                 found.append(Unit(name, f"{stem}_{variant.name}", (*plain, *variant.arguments(), *renames)))
@@ -92,7 +92,7 @@ def dispatch(interface: Interface, flags: Flags) -> dict[str, str]:
     code = code.replace("FEATURES", _features(flags)).replace("LAST", str(len(names) - 1))
     code = code.replace("NAMES", _strings(names)).replace("LABELS", _strings(labels))
     if flags.variants:
-        code += "".join(_passing_on(interface, output, flags) for output in interface.outputs)
+        code += "".join(_passing_on(interface, function, flags) for function in interface.functions)
     return {NEEDS: "\n".join([*data, ""]), PROCESSOR: f'#include "{HEADER}"\n{code}'}
 
 
@@ -167,12 +167,12 @@ def _features(flags: Flags) -> str:
     )
 
 
-def _passing_on(interface: Interface, output: OutputShape, flags: Flags) -> str:
+def _passing_on(interface: Interface, function: Function, flags: Flags) -> str:
     """The batch kernels of the plain names."""
     text = ""
     for real in interface.reals:
-        name = f"{interface.prefix(real)}_{output.name}_batch"
-        arguments = batch_arguments(interface, real)
+        name = f"{interface.prefix(real)}_{function.name}_batch"
+        arguments = batch_arguments(interface, function, real)
         values = ", ".join(argument.split()[-1].lstrip("*") for argument in arguments)
         forms = ", ".join(f"{name}_{variant.name}" for variant in flags.variants)
         signature = f"({', '.join(arguments)})"

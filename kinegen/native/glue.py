@@ -4,20 +4,23 @@ In: the interface of a robot, a frozen record. Out: the declarations for cffi an
 extension besides the emitted files. For an output `fk` of the robot `arm` the extension has
 
     arm_fk, arm_fk_batch     the kernels as emitted; `arm_f32_...` for float
-    arm_fk_arrays            takes the addresses of two array objects, and declines (0) what is not plain
+    arm_fk_arrays            takes the addresses of array objects, and declines (0) what is not plain
     arm_fk_pointers          the scalar kernel with plain pointers, for bound arguments
     kinegen_stamp            the digest of the sources
     kinegen_select           picks the variant of the batch kernels, by name or (an empty one) the best that this
                              processor can run; 0 if there is none
     kinegen_variant          what was picked, and the flags, in words
 
-The last two are made by `dispatch.py`. The array handling (`kernel.py`) knows these names.
+The last two are made by `dispatch.py`. The array handling (`runtime/`) knows these names.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import resources
+
+from kinegen.emit.c.batch import batch_arguments as c_batch_arguments
+from kinegen.outputs import Array
 
 HEADER = "kinegen_glue.h"
 """Declares everything that cffi calls."""
@@ -27,27 +30,18 @@ GLUE = "kinegen_glue.c"
 
 
 @dataclass(frozen=True, slots=True)
-class OutputShape:
-    """One output kind.
+class Function:
+    """One kernel.
 
     Attributes:
-        name: `fk`, `frames` or `position`.
-        shape: Of the result for one configuration: (4, 4), (tips, 4, 4), (3,) or (tips, 3).
+        name: Its name after the robot's prefix, such as `fk`.
+        inputs: What it is given, in order.
+        results: What it gives, in order.
     """
 
     name: str
-    shape: tuple[int, ...]
-
-    @property
-    def is_pose(self) -> bool:
-        """Whether it holds matrices."""
-        return self.shape[-2:] == (4, 4)
-
-    def extents(self) -> str:
-        """Extents of the output argument of the scalar kernel, as emitted."""
-        inner = 16 if self.is_pose else 3
-        outer = self.shape[:-2] if self.is_pose else self.shape[:-1]
-        return "".join(f"[{extent}]" for extent in (*outer, inner))
+    inputs: tuple[Array, ...]
+    results: tuple[Array, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,21 +50,23 @@ class Interface:
 
     Attributes:
         symbol: Prefix of the robot's C names.
-        dof: Number of joint values.
-        outputs: The output kinds.
+        functions: The kernels.
         reals: `double`, `float` or both, in this order.
         parameters: Names of the runtime parameters, in the order of the C struct.
     """
 
     symbol: str
-    dof: int
-    outputs: tuple[OutputShape, ...]
+    functions: tuple[Function, ...]
     reals: tuple[str, ...]
     parameters: tuple[str, ...] = ()
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""
         return self.symbol if real == "double" else f"{self.symbol}_f32"
+
+    def params(self, real: str) -> str:
+        """Type of the runtime parameters; empty where there are none."""
+        return f"{self.prefix(real)}_params" if self.parameters else ""
 
     def headers(self) -> tuple[str, ...]:
         """The headers that declare the kernels."""
@@ -95,31 +91,28 @@ def declarations(interface: Interface) -> str:
                 *(f"    {real} {name};" for name in interface.parameters),
                 f"}} {prefix}_params;",
             ]
-        for output in interface.outputs:
-            q = [f"const {real} q[{interface.dof}]"] if interface.dof else []
-            params = [f"const {prefix}_params *params"] if interface.parameters else []
-            scalar = ", ".join([*q, *params, f"{real} out{output.extents()}"])
-            batch = ", ".join(batch_arguments(interface, real))
-            lines.append(f"void {prefix}_{output.name}({scalar});")
-            lines.append(f"void {prefix}_{output.name}_batch({batch});")
-            lines.append(f"{_pointers(interface, output, real)};")
-    lines += [f"{_arrays(interface, output)};" for output in interface.outputs]
+        for function in interface.functions:
+            lines.append(f"{_pointers(interface, function, real)};")
+            lines.append(f"void {prefix}_{function.name}({_scalar_arguments(interface, function, real)});")
+            lines.append(
+                f"void {prefix}_{function.name}_batch({', '.join(batch_arguments(interface, function, real))});"
+            )
+    lines += [f"{_arrays(interface, function)};" for function in interface.functions]
     return "\n".join(lines) + "\n"
 
 
-def batch_arguments(interface: Interface, real: str) -> tuple[str, ...]:
+def batch_arguments(interface: Interface, function: Function, real: str) -> tuple[str, ...]:
     """The arguments of a batch kernel, as declared in the emitted header.
 
     Args:
         interface: The robot's interface.
+        function: The kernel.
         real: Number type.
 
     Returns:
         C declarations, each ending in the name.
     """
-    params = (f"const {interface.prefix(real)}_params *params",) if interface.parameters else ()
-    points = ("size_t n", f"const {real} *q", "ptrdiff_t q_pose", "ptrdiff_t q_joint")
-    return (*points, *params, f"{real} *out", "ptrdiff_t out_stride", "int layout")
+    return c_batch_arguments(function.inputs, function.results, real, interface.params(real))
 
 
 def glue(interface: Interface, digest: str) -> dict[str, str]:
@@ -133,15 +126,15 @@ def glue(interface: Interface, digest: str) -> dict[str, str]:
         C text by file name, to be compiled beside the emitted files.
     """
     arrays = resources.files("kinegen.native").joinpath("arrays.h").read_text(encoding="utf-8")
-    own = [f"{_pointers(interface, output, real)};" for output in interface.outputs for real in interface.reals]
-    own += [*_FIXED, *(f"{_arrays(interface, output)};" for output in interface.outputs)]
+    own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
+    own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
     header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own]
     # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
     parts = [f'#include "{HEADER}"', '#include "arrays.h"', ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]
-    for output in interface.outputs:
-        parts += [_pointers_definition(interface, output, real) for real in interface.reals]
-        parts += [_arrays_definition(interface, output), ""]
+    for function in interface.functions:
+        parts += [_pointers_definition(interface, function, real) for real in interface.reals]
+        parts += [_arrays_definition(interface, function), ""]
     written = {HEADER: header, GLUE: parts}
     return {"arrays.h": arrays} | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
 
@@ -153,46 +146,68 @@ _FIXED = (
 )
 
 
-def _pointers(interface: Interface, output: OutputShape, real: str) -> str:
-    prefix = interface.prefix(real)
-    params = f"const {prefix}_params *params, " if interface.parameters else ""
-    return f"void {prefix}_{output.name}_pointers({params}const {real} *q, {real} *out)"
+def _scalar_arguments(interface: Interface, function: Function, real: str) -> str:
+    parts = [f"const {real} {array.name}[{array.stored}]" for array in function.inputs if array.size]
+    parts += [f"const {interface.params(real)} *params"] * bool(interface.parameters)
+    for array in function.results:
+        outer = f"[{array.blocks}]" if array.per_frame else ""
+        parts.append(f"{real} {array.name}{outer}[{array.stored}]")
+    return ", ".join(parts)
 
 
-def _pointers_definition(interface: Interface, output: OutputShape, real: str) -> str:
-    several = len(output.shape) > (2 if output.is_pose else 1)
-    inner = 16 if output.is_pose else 3
-    arguments = ["q"] * bool(interface.dof) + ["params"] * bool(interface.parameters)
-    arguments.append(f"({real} (*)[{inner}])out" if several else "out")
-    unused = "" if interface.dof else "    (void)q;\n"
-    call = f"    {interface.prefix(real)}_{output.name}({', '.join(arguments)});"
-    return f"{_pointers(interface, output, real)}\n{{\n{unused}{call}\n}}\n"
+def _pointers(interface: Interface, function: Function, real: str) -> str:
+    params = [f"const {interface.params(real)} *params"] * bool(interface.parameters)
+    inputs = [f"const {real} *{array.name}" for array in function.inputs]
+    results = [f"{real} *{array.name}" for array in function.results]
+    return f"void {interface.prefix(real)}_{function.name}_pointers({', '.join([*params, *inputs, *results])})"
 
 
-def _arrays(interface: Interface, output: OutputShape) -> str:
-    params = [f"const {interface.prefix(real)}_params *params_{real}" for real in interface.reals]
-    arguments = [*(params if interface.parameters else ()), "uintptr_t q", "uintptr_t out", "int layout"]
-    return f"int {interface.symbol}_{output.name}_arrays({', '.join(arguments)})"
+def _pointers_definition(interface: Interface, function: Function, real: str) -> str:
+    arguments = [array.name for array in function.inputs if array.size]
+    arguments += ["params"] * bool(interface.parameters)
+    for array in function.results:
+        arguments.append(f"({real} (*)[{array.stored}]){array.name}" if array.per_frame else array.name)
+    unused = "".join(f"    (void){array.name};\n" for array in function.inputs if not array.size)
+    call = f"    {interface.prefix(real)}_{function.name}({', '.join(arguments)});"
+    return f"{_pointers(interface, function, real)}\n{{\n{unused}{call}\n}}\n"
 
 
-def _arrays_definition(interface: Interface, output: OutputShape) -> str:
-    shape = ", ".join(str(extent) for extent in output.shape)
-    values = f"{interface.dof}, {len(output.shape)}, {{{shape}}}, {int(output.is_pose)}"
+def _arrays(interface: Interface, function: Function) -> str:
+    params = [f"const {interface.params(real)} *params_{real}" for real in interface.reals if interface.parameters]
+    arrays = [f"uintptr_t {array.name}" for array in (*function.inputs, *function.results)]
+    return f"int {interface.symbol}_{function.name}_arrays({', '.join([*params, *arrays, 'int layout'])})"
+
+
+def _arrays_definition(interface: Interface, function: Function) -> str:
+    arrays = (*function.inputs, *function.results)
     lines = [
-        _arrays(interface, output),
+        _arrays(interface, function),
         "{",
-        f"    static const Output output = {{{values}}};",
-        "    Arguments a;",
-        "    if (!read_arrays(q, out, layout, &output, &a)) return 0;",
+        f"    static const Form forms[] = {{{', '.join(_form(array) for array in arrays)}}};",
+        f"    const uintptr_t addresses[] = {{{', '.join(array.name for array in arrays)}}};",
+        f"    Place p[{len(arrays)}];",
+        "    Call call;",
+        f"    if (!read_arrays(addresses, forms, {len(function.inputs)}, {len(arrays)}, layout, p, &call)) return 0;",
     ]
     for real in interface.reals:
-        function = f"{interface.prefix(real)}_{output.name}"
-        params = f"params_{real}, " if interface.parameters else ""
+        name = f"{interface.prefix(real)}_{function.name}"
+        params = [f"params_{real}"] * bool(interface.parameters)
+        single = [*params, *(f"p[{index}].data" for index in range(len(arrays)))]
+        batch = [f"p[{index}].{word}" for index in range(len(function.inputs)) for word in ("data", "pose", "joint")]
+        batch += params
+        batch += [
+            f"p[{index}].{word}" for index in range(len(function.inputs), len(arrays)) for word in ("data", "pose")
+        ]
         lines += [
-            f"    if (a.type == NPY_{real.upper()}) {{",
-            f"        if (a.single) {function}_pointers({params}a.q, a.out);",
-            f"        else {function}_batch(a.count, a.q, a.q_pose, a.q_joint, {params}a.out, a.out_stride, layout);",
+            f"    if (call.type == NPY_{real.upper()}) {{",
+            f"        if (call.single) {name}_pointers({', '.join(single)});",
+            f"        else {name}_batch(call.count, {', '.join(batch)}, layout);",
             "        return 1;",
             "    }",
         ]
     return "\n".join([*lines, "    return 0;", "}"])
+
+
+def _form(array: Array) -> str:
+    shape = ", ".join(str(extent) for extent in array.shape)
+    return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}}}"

@@ -11,12 +11,11 @@ from types import ModuleType
 
 from kinegen.emit.files import stamp_of
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.package import output_shape
 from kinegen.emit.reals import Real
 from kinegen.native.compile import Extension, compile_extension
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
-from kinegen.native.glue import Interface, OutputShape, declarations, glue
+from kinegen.native.glue import Function, Interface, declarations, glue
 
 _numbers = itertools.count()
 
@@ -31,9 +30,9 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
     robot = kernels.robot
     return Interface(
         symbol=robot.name,
-        dof=robot.dof,
-        outputs=tuple(
-            OutputShape(program.quantity.function, output_shape(robot, program)) for program in kernels.programs
+        functions=tuple(
+            Function(program.quantity.function, program.signature.inputs, program.signature.results)
+            for program in kernels.programs
         ),
         reals=tuple(real.value for real in reals),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),

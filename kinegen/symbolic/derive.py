@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from kinegen.outputs import Quantity
+from kinegen.errors import KinegenError
+from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
@@ -19,11 +20,16 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
 
     Returns:
         Exact expressions in joint variables and runtime parameters.
+
+    Raises:
+        KinegenError: If the quantity names a frame that does not exist; the message lists those that do.
     """
-    match quantity:
-        case Quantity.POSE:
-            return derive_pose(robot)
-        case Quantity.FRAMES:
+    match quantity.kind:
+        case Kind.POSE:
+            return derive_pose(robot, quantity)
+        case Kind.FRAMES:
             return derive_frames(robot)
-        case Quantity.POSITION:
-            return derive_position(robot)
+        case Kind.POSITION:
+            return derive_position(robot, quantity)
+        case _:
+            raise KinegenError(f"'{quantity}' is not derived")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from kinegen.outputs import Quantity
+from kinegen.outputs import Signature
 from kinegen.symbolic.fold import Vector
 
 Definition = tuple[sp.Symbol, sp.Expr]
@@ -14,19 +14,17 @@ Definition = tuple[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True, slots=True)
 class Expressions:
-    """One kinematic quantity in terms of joint variables and runtime parameters.
+    """One kinematic quantity in terms of the numbers it is given and of runtime parameters.
 
     Attributes:
-        quantity: What is computed.
-        frames: The frames it is computed for, in order.
-        variables: The symbols of the joint vector, in order.
+        signature: What is computed, for which frames, from what.
+        variables: The symbols of all numbers of the inputs, one input after the other.
         parameters: The symbols of the runtime parameters, in order.
         definitions: Intermediate values, each in terms of the symbols above and earlier definitions.
-        entries: `quantity.entries` expressions for each frame, one frame after the other.
+        entries: The numbers of the results, one result after the other, each row by row.
     """
 
-    quantity: Quantity
-    frames: tuple[str, ...]
+    signature: Signature
     variables: tuple[sp.Symbol, ...]
     parameters: tuple[sp.Symbol, ...]
     definitions: tuple[Definition, ...]

@@ -9,9 +9,10 @@ import sympy as sp
 from kinegen.outputs import Quantity
 from kinegen.robot.model import BASE, Robot
 from kinegen.symbolic.chain import transforms_between
-from kinegen.symbolic.expressions import Expressions, Tape
+from kinegen.symbolic.expressions import Definition, Expressions, Tape
 from kinegen.symbolic.fold import NULL, Leg, Vector, total, trace
-from kinegen.symbolic.transforms import Turn, symbols
+from kinegen.symbolic.signatures import joint_array, joint_symbols, parameter_symbols, pose_array, signature
+from kinegen.symbolic.transforms import Turn, Values, symbols
 
 Rows = tuple[Vector, Vector, Vector]
 
@@ -56,17 +57,19 @@ def _turn_row(turn: Turn, row: Vector) -> Vector:
     return turned[0], turned[1], turned[2]
 
 
-def forward_poses(robot: Robot, frames: tuple[str, ...]) -> Expressions:
+def forward_poses(
+    robot: Robot, frames: tuple[str, ...], values: Values
+) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]:
     """The poses of some frames in the base frame.
 
     Args:
-        robot: The robot; parameters that are not runtime parameters become exact numbers.
+        robot: The robot.
         frames: Names of frames.
+        values: A sympy value for each name of the file.
 
     Returns:
-        Twelve entries for each frame, the upper three rows of `base_T_frame`, row by row.
+        Definitions, and twelve entries for each frame: the upper three rows of `base_T_frame`, row by row.
     """
-    values = symbols(robot, keep_parameters=False)
     outwards = _Outwards()
     entries: list[sp.Expr] = []
     for frame in frames:
@@ -76,23 +79,25 @@ def forward_poses(robot: Robot, frames: tuple[str, ...]) -> Expressions:
         for row, place in zip(rows, position, strict=True):
             entries += [sign * row[axis] for axis, sign in trail.attitude]
             entries.append(place)
-    return Expressions(
-        quantity=Quantity.FRAMES,
-        frames=frames,
-        variables=tuple(values[variable.name] for variable in robot.variables),
-        parameters=tuple(values[parameter.name] for parameter in robot.runtime_parameters),
-        definitions=tuple(outwards.tape.definitions),
-        entries=tuple(entries),
-    )
+    return tuple(outwards.tape.definitions), tuple(entries)
 
 
 def derive_frames(robot: Robot) -> Expressions:
     """The pose of every link, the tool and every named frame in the base frame.
 
     Args:
-        robot: The robot.
+        robot: The robot; parameters that are not runtime parameters become exact numbers.
 
     Returns:
         Twelve entries for each frame of `robot.frame_names`.
     """
-    return forward_poses(robot, robot.frame_names)
+    values = symbols(robot, keep_parameters=False)
+    definitions, entries = forward_poses(robot, robot.frame_names, values)
+    quantity = Quantity.FRAMES
+    return Expressions(
+        signature=signature(robot, quantity, (joint_array(robot),), pose_array(robot, quantity)),
+        variables=joint_symbols(robot, values),
+        parameters=parameter_symbols(robot, values),
+        definitions=definitions,
+        entries=entries,
+    )

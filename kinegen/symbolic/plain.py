@@ -10,6 +10,7 @@ from kinegen.symbolic.chain import links_between
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import fold
 from kinegen.symbolic.pose import UNITS, Plan, evaluate, pose_entries
+from kinegen.symbolic.signatures import joint_array, joint_symbols, parameter_symbols, pose_array, signature
 from kinegen.symbolic.transforms import Elementary, symbols
 
 Rows = tuple[tuple[sp.Expr, ...], ...]
@@ -33,10 +34,9 @@ def derive_plain(robot: Robot) -> Expressions:
             rows = _times(rows, _link_matrix(link), tape)
         entries += [entry for row in rows for entry in row]
     return Expressions(
-        quantity=Quantity.POSE,
-        frames=robot.tips,
-        variables=tuple(values[variable.name] for variable in robot.variables),
-        parameters=tuple(values[parameter.name] for parameter in robot.runtime_parameters),
+        signature=signature(robot, Quantity.POSE, (joint_array(robot),), pose_array(robot, Quantity.POSE)),
+        variables=joint_symbols(robot, values),
+        parameters=parameter_symbols(robot, values),
         definitions=tuple(tape.definitions),
         entries=tuple(entries),
     )

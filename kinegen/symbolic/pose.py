@@ -18,6 +18,14 @@ from kinegen.symbolic.chain import FrameName, transforms_between
 from kinegen.symbolic.expressions import Definition, Expressions, Tape, cost
 from kinegen.symbolic.fold import NULL, Attitude, Folded, Vector, fold, rotate, total
 from kinegen.symbolic.forward import forward_poses
+from kinegen.symbolic.signatures import (
+    frames_of,
+    joint_array,
+    joint_symbols,
+    parameter_symbols,
+    pose_array,
+    signature,
+)
 from kinegen.symbolic.transforms import symbols
 
 UNITS: tuple[Vector, Vector, Vector] = (
@@ -45,30 +53,34 @@ class Plan:
     attach: int | None = None
 
 
-def derive_pose(robot: Robot) -> Expressions:
-    """The pose of every tip in the base frame.
+def derive_pose(robot: Robot, quantity: Quantity = Quantity.POSE) -> Expressions:
+    """The pose of every tip, or of one frame, in the base frame.
 
     Args:
         robot: The robot; parameters that are not runtime parameters become exact numbers.
+        quantity: The pose, and of which frame.
 
     Returns:
-        Twelve entries for each tip, the upper three rows of `base_T_tip`, row by row.
+        Twelve entries for each frame, the upper three rows of `base_T_frame`, row by row.
+
+    Raises:
+        KinegenError: If there is no such frame.
     """
     values = symbols(robot, keep_parameters=False)
     tape = Tape()
     entries: list[sp.Expr] = []
-    for tip in robot.tips:
-        folded = fold(transforms_between(robot, BASE, tip, values))
+    frames = frames_of(robot, quantity)
+    for frame in frames:
+        folded = fold(transforms_between(robot, BASE, frame, values))
         columns, position = evaluate(folded, cheapest_plan(folded), tape)
         entries += pose_entries(columns, position, folded.attitude)
     best = (tuple(tape.definitions), tuple(entries))
-    if robot.is_tree:
+    if len(frames) > 1:
         best = min(best, _forward(robot), key=lambda way: cost(*way))
     return Expressions(
-        quantity=Quantity.POSE,
-        frames=robot.tips,
-        variables=tuple(values[variable.name] for variable in robot.variables),
-        parameters=tuple(values[parameter.name] for parameter in robot.runtime_parameters),
+        signature=signature(robot, quantity, (joint_array(robot),), pose_array(robot, quantity)),
+        variables=joint_symbols(robot, values),
+        parameters=parameter_symbols(robot, values),
         definitions=best[0],
         entries=best[1],
     )
@@ -76,8 +88,8 @@ def derive_pose(robot: Robot) -> Expressions:
 
 def _forward(robot: Robot) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]:
     """All tips from the base outwards, which pays where they share a trunk."""
-    expressions = forward_poses(robot, robot.tips)
-    return expressions.definitions, expressions.entries
+    definitions, entries = forward_poses(robot, robot.tips, symbols(robot, keep_parameters=False))
+    return definitions, entries
 
 
 def cheapest_plan(folded: Folded) -> Plan:

@@ -13,7 +13,7 @@ from kinegen import reference
 from kinegen.emit.accuracy import error_bound, two_digits
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.model import Robot
 
@@ -42,7 +42,8 @@ def precision_notes(kernels: Kernels, reals: tuple[Real, ...]) -> tuple[str, ...
     covered = _covered(robot)
     unit = robot.units.length
     # Where links are far from each other on paper, their frames are; what matters is where tips are.
-    programs = [program for program in kernels.programs if program.quantity is not Quantity.FRAMES] or kernels.programs
+    places = [program for program in kernels.programs if program.quantity.kind in (Kind.POSE, Kind.POSITION)]
+    programs = places or [program for program in kernels.programs if program.quantity == Quantity.FRAMES]
     notes = []
     for real in reals:
         worst = max((max(error_bound(kernels, program, real).position) for program in programs), default=0.0)

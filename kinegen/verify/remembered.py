@@ -20,7 +20,7 @@ import numpy as np
 
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import processor
-from kinegen.outputs import Quantity
+from kinegen.outputs import Quantity, parse_quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.proof import Comparison, Proof
 from kinegen.verify.staging import prove_package
@@ -57,12 +57,17 @@ def proof_of(
         comparisons = tuple(_restored(comparison) for comparison in entry["comparisons"])
         return Proof(entry["reach"], comparisons), entry["backend"], True
     proof, backend = prove_package(robot, contents, quantities, reals)
-    store.save(key, json.dumps({**asdict(proof), "backend": backend}).encode())
+    store.save(key, json.dumps(_record(proof, backend)).encode())
     return proof, backend, False
 
 
+def _record(proof: Proof, backend: str) -> dict[str, Any]:
+    comparisons = [asdict(each) | {"quantity": str(each.quantity)} for each in proof.comparisons]
+    return {"reach": proof.reach, "comparisons": comparisons, "backend": backend}
+
+
 def _restored(entry: dict[str, Any]) -> Comparison:
-    return Comparison(**{**entry, "quantity": Quantity(entry["quantity"]), "worst": tuple(entry["worst"])})
+    return Comparison(**{**entry, "quantity": parse_quantity(entry["quantity"]), "worst": tuple(entry["worst"])})
 
 
 def _digests(contents: Mapping[str, str | bytes]) -> list[tuple[str, str]]:

@@ -119,7 +119,7 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
 
 def quantity_frames(robot: Robot, quantity: Quantity) -> tuple[str, ...]:
     """The frames for which a quantity is computed."""
-    return robot.frame_names if quantity is Quantity.FRAMES else robot.tips
+    return robot.frame_names if quantity == Quantity.FRAMES else robot.tips
 
 
 def _entries(matrix: Any, quantity: Quantity) -> Row:

@@ -16,7 +16,7 @@ from kinegen.boards.toolchain import SOURCES, missing
 from kinegen.build import lower_file
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 NAMES = ("puma560", "ur5", "scara", "panda", "thumb")
@@ -25,7 +25,7 @@ NAMES = ("puma560", "ur5", "scara", "panda", "thumb")
 @cache
 def kernels(name: str, *quantities: Quantity) -> Kernels:
     """A robot of ours with all its programs, or with some."""
-    return lower_file(ROBOTS / f"{name}.yaml", quantities or tuple(Quantity))
+    return lower_file(ROBOTS / f"{name}.yaml", quantities or USUAL)
 
 
 def require(target: Target) -> None:

@@ -14,7 +14,7 @@ from kinegen.boards.targets import TARGETS, Target
 from kinegen.boards.toolchain import SOURCES, read_tool
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from tests.boards.conftest import kernels, require
 
 M4F = TARGETS["cortex-m4f"]
@@ -36,7 +36,7 @@ def test_a_pose_of_the_puma_takes_few_instructions_whatever_the_angles() -> None
 
 
 @pytest.mark.boards
-@pytest.mark.parametrize("quantity", list(Quantity))
+@pytest.mark.parametrize("quantity", list(USUAL))
 def test_the_puma_takes_little_stack(quantity: Quantity) -> None:
     assert best("puma560", quantity).stack <= 96
 

@@ -12,7 +12,7 @@ from kinegen.emit.accuracy import error_bound
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.extent import joint_box
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -41,7 +41,7 @@ def proven(kernels: Kernels, real: Real) -> Floats:
     return np.array(error_bound(kernels, kernels.programs[0], real).entries)
 
 
-@pytest.mark.parametrize("quantity", Quantity)
+@pytest.mark.parametrize("quantity", USUAL)
 @settings(max_examples=20)
 @given(robot=robots())
 def test_float_results_stay_within_their_bounds(quantity: Quantity, robot: Robot) -> None:

@@ -13,7 +13,7 @@ from kinegen.emit.accuracy import error_bound, two_digits
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.verify.precision import precision_notes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,7 +22,7 @@ CALIBRATED = ROOT / "tests" / "bounds" / "ur5_calibrated.yaml"
 
 @cache
 def kernels(name: str) -> Kernels:
-    return lower_file(ROOT / "robots" / f"{name}.yaml", tuple(Quantity))
+    return lower_file(ROOT / "robots" / f"{name}.yaml", USUAL)
 
 
 @cache
@@ -34,7 +34,7 @@ def header(name: str, real: Real) -> str:
 
 
 def test_every_function_states_its_errors_in_the_unit_of_the_file() -> None:
-    assert header("puma560_mm", Real.FLOAT).count("Proven error") == 1 + len(Quantity)
+    assert header("puma560_mm", Real.FLOAT).count("Proven error") == 1 + len(USUAL)
     assert re.search(r"Proven error: \|px\| <= \d\.\de-4 mm, \|py\| <= .* rotation", header("puma560_mm", Real.FLOAT))
 
 

@@ -13,7 +13,7 @@ import pytest
 from kinegen.build import lower_file
 from kinegen.emit.files import emit_files
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, ROOT, TREE, contents, make, picture, write_robot
 
@@ -23,12 +23,12 @@ from pathlib import Path
 from kinegen.build import lower_file
 from kinegen.emit.files import emit_files
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.verify.vectors import compute_vectors
 
 found = {}
 for path in sys.argv[1:]:
-    kernels = lower_file(Path(path), tuple(Quantity))
+    kernels = lower_file(Path(path), USUAL)
     emitted = emit_files(kernels, tuple(Real), compute_vectors(kernels))
     for name, text in emitted.files.items():
         found[f"{Path(path).stem}/{name}"] = hashlib.sha256(text.encode()).hexdigest()

@@ -19,7 +19,7 @@ from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.write import write_files
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,7 +81,7 @@ def make(path: Path, output: Path, report: Any = None, **options: Any) -> BuildR
 
 def assemble(name: str, folder: Path, *, compiled: bool) -> ModuleType:
     """A package of a robot of `robots/`, without test vectors and without a proof, which take long for large ones."""
-    kernels = lower_file(ROBOTS / f"{name}.yaml", tuple(Quantity))
+    kernels = lower_file(ROBOTS / f"{name}.yaml", USUAL)
     reals = tuple(Real)
     sources: dict[str, str] = {}
     for real in reals:

@@ -14,7 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -49,7 +49,7 @@ def robot(name: str) -> Robot:
 def kernels(name: str) -> Kernels:
     """Its programs, of all quantities."""
     arm = robot(name)
-    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), runtime_defaults(arm))
+    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in USUAL), runtime_defaults(arm))
 
 
 @cache

@@ -14,7 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.naming import prefix
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from tests.emit.emitted import kernels, run
 
 Floats = NDArray[np.floating[Any]]
@@ -42,7 +42,7 @@ class Library:
 
     def program(self, quantity: Quantity) -> Program:
         """The program of a quantity."""
-        return self.kernels.programs[list(Quantity).index(quantity)]
+        return self.kernels.programs[list(USUAL).index(quantity)]
 
     def scalar(self, quantity: Quantity, q: Floats) -> Floats:
         """Every configuration of q (N, dof) by itself: (N, frames, 16) or (N, frames, 3)."""

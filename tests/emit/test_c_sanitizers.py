@@ -93,7 +93,7 @@ def driver(name: str, real: Real) -> str:
     parts, calls = [f'#include "{stem}_batch.h"\n', HEAD.format(tile=tile(name, real))], []
     for program in kernels(name).programs:
         quantity, frames = program.quantity, len(program.frames)
-        several = quantity is Quantity.FRAMES or kernels(name).robot.is_tree
+        several = quantity == Quantity.FRAMES or kernels(name).robot.is_tree
         stored = 16 if quantity.is_pose else 3
         parts.append(
             CHECK.format(

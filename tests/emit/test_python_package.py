@@ -16,7 +16,7 @@ from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import emit_package
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 from tests.emit.emitted import NAMES, ROOT, kernels, robot, texts
@@ -71,7 +71,7 @@ def odd(**changes: str) -> dict[str, str]:
     for before, after in changes.items():
         text = text.replace(before, after)
     arm = loads(text, "odd.yaml")
-    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in Quantity), runtime_defaults(arm))
+    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in USUAL), runtime_defaults(arm))
     return emit_formula(given) | emit_package(given, (Real.DOUBLE,), "0123456789abcdef")
 
 
@@ -234,7 +234,7 @@ def test_the_frames_and_tips_of_a_package_are_the_robots(arm: str, generated: Pa
 
 def test_the_array_handling_is_the_same_file_in_every_package() -> None:
     """After the banner, word for word what kinegen/native/kernel.py holds."""
-    original = (ROOT / "kinegen" / "native" / "kernel.py").read_text(encoding="utf-8")
+    original = (ROOT / "kinegen" / "native" / "runtime" / "_kernel.py").read_text(encoding="utf-8")
 
     assert {texts(name)["_kernel.py"].split("\n", 2)[2] for name in NAMES} == {original}
 

@@ -13,7 +13,7 @@ from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
 from kinegen.emit.fixed.vectors import emit_fixed_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -38,7 +38,7 @@ SPLIT = "-DKINEGEN_Q30_SPLIT"
 
 def planned(robot: Robot) -> FixedKernels:
     """All kernels of a robot in integers."""
-    programs = tuple(lower(derive(robot, quantity)) for quantity in Quantity)
+    programs = tuple(lower(derive(robot, quantity)) for quantity in USUAL)
     return fixed_kernels(Kernels(robot, programs, runtime_defaults(robot)))
 
 

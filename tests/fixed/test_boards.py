@@ -15,7 +15,7 @@ from kinegen.boards.toolchain import SOURCES, compile_object, link
 from kinegen.emit.fixed import Q30
 from kinegen.emit.reals import Real
 from kinegen.naming import c_file, prefix
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from tests.boards.conftest import kernels, require
 from tests.fixed.kernels import SPLIT, fixed, run, texts
 
@@ -52,7 +52,7 @@ def defines(name: str) -> list[str]:
         "DOF": robot.dof,
         "TIPS": len(robot.tips),
         "FRAME_COUNT": len(robot.frame_names),
-        **{quantity.function.upper(): f"{stem}_{quantity.function}" for quantity in Quantity},
+        **{quantity.function.upper(): f"{stem}_{quantity.function}" for quantity in USUAL},
     }
     return [f"-D{macro}={value}" for macro, value in macros.items()]
 

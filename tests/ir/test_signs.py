@@ -44,7 +44,7 @@ def test_an_angle_that_is_also_a_length_keeps_both_signs(rows: list[str], quanti
     arm = robot(*rows)
     q = np.random.default_rng(3).uniform(-2, 2, (20, arm.dof))
     known = reference.frames(arm, q)
-    frames = arm.frame_names if quantity is Quantity.FRAMES else arm.tips
+    frames = arm.frame_names if quantity == Quantity.FRAMES else arm.tips
     found = as_poses(run(arm, lower(derive(arm, quantity)), q), len(frames))
 
     for index, frame in enumerate(frames):

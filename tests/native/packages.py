@@ -16,7 +16,7 @@ from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import Quantity
+from kinegen.outputs import USUAL, Quantity
 from tests.emit.emitted import kernels
 
 REALS = tuple(Real)
@@ -32,7 +32,7 @@ FLAGS = {
 
 
 @cache
-def programs(name: str, quantities: tuple[Quantity, ...] = tuple(Quantity)) -> Kernels:
+def programs(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
     """A robot of `robots/` and its programs of some quantities."""
     full = kernels(name)
     return replace(full, programs=tuple(program for program in full.programs if program.quantity in quantities))

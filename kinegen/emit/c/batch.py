@@ -6,18 +6,57 @@ into vector code; the last tile of a batch is filled up and goes through the sam
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from kinegen.emit.c.arguments import given, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
-from kinegen.emit.kernels import QUANTITY_TEXT, Kernels
+from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.emit.words import brief
 from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, function, guard, prefix
+from kinegen.outputs import Array
 
 TILE_BYTES = 128
 """Bytes of one row of a tile."""
+
+_STRIDES = ("pose", "joint")
+"""What the strides of an input are called, from one configuration to the next and from one number to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchInput:
+    """One input of a batch kernel.
+
+    Attributes:
+        name: Its name.
+        size: Numbers that are read for each configuration.
+        stored: Numbers from one configuration to the next where they lie without gaps.
+    """
+
+    name: str
+    size: int
+    stored: int
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """One result of a batch kernel.
+
+    Attributes:
+        name: Its name.
+        first: Its first row in the result tile.
+        rows: Computed numbers for each configuration.
+        matrices: Matrices for each configuration; 0 where it holds none.
+    """
+
+    name: str
+    first: int
+    rows: int
+    matrices: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +66,11 @@ class BatchFunction:
     Attributes:
         name: C name.
         brief: What it computes.
-        rows: Computed numbers for each configuration.
-        frames: Frames for each configuration.
-        is_pose: Whether the row-major result has the constant last rows.
+        arguments: Its arguments.
+        rows: Computed numbers for each configuration, of all results.
+        inputs: What it reads.
+        unused: Arguments for inputs without numbers.
+        results: What it writes.
         tile: Name of the function that evaluates a tile.
         tile_arguments: Its arguments.
         tile_values: What is passed for them.
@@ -39,9 +80,11 @@ class BatchFunction:
 
     name: str
     brief: str
+    arguments: str
     rows: int
-    frames: int
-    is_pose: bool
+    inputs: tuple[BatchInput, ...]
+    unused: tuple[str, ...]
+    results: tuple[BatchResult, ...]
     tile: str
     tile_arguments: str
     tile_values: str
@@ -59,8 +102,9 @@ class BatchContext:
     guard: str
     title: str
     tile: int
-    has_poses: bool
-    has_points: bool
+    has_matrices: bool
+    has_others: bool
+    inputs: tuple[tuple[int, int], ...]
     functions: tuple[BatchFunction, ...]
 
 
@@ -77,6 +121,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
     robot = kernels.robot
     kernel = kernel_context(kernels, real)
     header = c_file(robot.name, "h", real, batch=True)
+    functions = tuple(_function(kernels, program, real) for program in kernels.programs)
     context = BatchContext(
         kernel=kernel,
         header=header,
@@ -84,9 +129,10 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         guard=guard(header),
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
         tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
-        has_poses=any(program.quantity.is_pose for program in kernels.programs),
-        has_points=any(not program.quantity.is_pose for program in kernels.programs),
-        functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        has_matrices=any(result.matrices for function in functions for result in function.results),
+        has_others=any(not result.matrices for function in functions for result in function.results),
+        inputs=tuple(sorted({(each.size, each.stored) for function in functions for each in function.inputs})),
+        functions=functions,
     )
     return {
         name: environment()
@@ -96,26 +142,62 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
     }
 
 
+def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real: str, params: str) -> tuple[str, ...]:
+    """The arguments of a batch kernel, each a declaration that ends in the name.
+
+    Args:
+        inputs: What it is given.
+        results: What it gives.
+        real: Number type.
+        params: Type of the runtime parameters; empty where there are none.
+    """
+    arguments = ["size_t n"]
+    for array in inputs:
+        arguments += [f"const {real} *{array.name}", f"ptrdiff_t {array.name}_pose", f"ptrdiff_t {array.name}_joint"]
+    if params:
+        arguments.append(f"const {params} *params")
+    for array in results:
+        arguments += [f"{real} *{array.name}", f"ptrdiff_t {array.name}_stride"]
+    return (*arguments, "int layout")
+
+
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
-    robot = kernels.robot
-    stem = prefix(robot.name, real)
-    printer = CPrinter(real, f"{stem}_sincos", variable="q[i * pose + {} * joint]")
-    inputs = [f"const {real} *restrict q", "ptrdiff_t pose", "ptrdiff_t joint"] if robot.dof else []
-    passed = ["inputs.q", "inputs.pose", "inputs.joint"] if robot.dof else []
-    if robot.runtime_parameters:
-        inputs.append(f"const {stem}_params *params")
+    stem = prefix(kernels.robot.name, real)
+    params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
+    printer = CPrinter(real, f"{stem}_sincos", tile_variables(program))
+    signature = program.signature
+    inputs, passed = [], []
+    for array in given(program):
+        inputs += [f"const {real} *restrict {array.name}", *(f"ptrdiff_t {array.name}_{word}" for word in _STRIDES)]
+        passed += [f"{array.name}_tile.{word}" for word in ("first", *_STRIDES)]
+    if params:
+        inputs.append(f"const {params} *params")
         passed.append("params")
     places = [f"t[{row}][i]" for row in range(len(program.outputs))]
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     return BatchFunction(
-        name=function(robot.name, program.quantity.function, real, batch=True),
-        brief=QUANTITY_TEXT[program.quantity],
+        name=function(kernels.robot.name, program.quantity.function, real, batch=True),
+        brief=brief(program.quantity),
+        arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
-        frames=len(program.frames),
-        is_pose=program.quantity.is_pose,
-        tile=f"{function(robot.name, program.quantity.function, real)}_tile",
+        inputs=tuple(BatchInput(array.name, array.size, array.stored) for array in given(program)),
+        unused=tuple(
+            argument
+            for array in program.signature.inputs
+            if not array.size
+            for argument in (array.name, *(f"{array.name}_{word}" for word in _STRIDES))
+        ),
+        results=tuple(_results(program)),
+        tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
         tile_arguments=", ".join([*inputs, f"{real} (*restrict t)[TILE]"]),
         tile_values=", ".join([*passed, "t"]),
         body=printer.lines(program, [None if row in constants else place for row, place in enumerate(places)]),
         constants=tuple(printer.assignment(places[row], operand) for row, operand in constants.items()),
     )
+
+
+def _results(program: Program) -> Iterator[BatchResult]:
+    first = 0
+    for array in program.signature.results:
+        yield BatchResult(array.name, first, array.size, array.blocks if array.is_pose else 0)
+        first += array.size

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
+from kinegen.emit.c.arguments import block_names, given, result_places, scalar_arguments, scalar_variables
 from kinegen.emit.c.statements import CPrinter, uses_sincos
 from kinegen.emit.environment import environment
-from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, parameter_lines, provenance
+from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
+from kinegen.emit.words import brief, input_text, result_text
 from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +30,8 @@ class Function:
         prototype: Declaration without `restrict`, valid in C++.
         definition: Head of the definition.
         body: Statements; each result is stored as soon as it is there.
-        output: Name of the output argument.
-        shape: What the output argument holds.
+        inputs: The input arguments, each with what it holds.
+        results: The output arguments, each with what it holds.
         unused: Arguments that the body does not read.
     """
 
@@ -40,8 +42,8 @@ class Function:
     prototype: str
     definition: str
     body: tuple[str, ...]
-    output: str
-    shape: str
+    inputs: tuple[tuple[str, str], ...]
+    results: tuple[tuple[str, str], ...]
     unused: tuple[str, ...]
 
 
@@ -123,71 +125,53 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
         found.append((macro(robot.name, "TIPS"), f"{len(robot.tips)}"))
         found += [(macro(robot.name, f"TIP_{tip}"), f"{index}") for index, tip in enumerate(robot.tips)]
     for program in kernels.programs:
-        if program.quantity is Quantity.FRAMES:
+        if program.quantity.kind is Kind.FRAMES:
             found.append((macro(robot.name, "FRAMES"), f"{len(program.frames)}"))
             found += [(macro(robot.name, f"FRAME_{frame}"), f"{i}") for i, frame in enumerate(program.frames)]
     return tuple((name, f"{value}") for name, value in found)
 
 
-def output_argument(kernels: Kernels, program: Program) -> tuple[str, str | None]:
-    """The name of the output argument, and the macro of its first extent where it holds several frames."""
-    robot = kernels.robot
-    letter = "T" if program.quantity.is_pose else "p"
-    if program.quantity is Quantity.FRAMES:
-        return "base_T_frames", macro(robot.name, "FRAMES")
-    if robot.is_tree:
-        return f"base_{letter}_tips", macro(robot.name, "TIPS")
-    return f"base_{letter}_tool", None
-
-
 def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
-    output, extent = output_argument(kernels, program)
-    size = 16 if program.quantity.is_pose else 3
-    extents = f"[{extent}][{size}]" if extent else f"[{size}]"
-    restricted = f"[restrict {extent}][{size}]" if extent else f"[restrict {size}]"
-    inputs = [f"const {real} q[{{}}{macro(robot.name, 'DOF')}]"] if robot.dof else []
-    if robot.runtime_parameters:
-        inputs.append(f"const {prefix(robot.name, real)}_params *{{}}params")
-    plain = ", ".join([*(argument.format("") for argument in inputs), f"{real} {output}{extents}"])
-    restrict = ", ".join([*(argument.format("restrict ") for argument in inputs), f"{real} {output}{restricted}"])
-    printer = CPrinter(real, sincos_macro(robot.name, real))
-    body = _body(printer, program, output, extent is not None)
+    body = _body(kernels, program, real)
     text = "\n".join(body)
-    unused = tuple(
-        argument
-        for argument, sign, present in (("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters))
-        if present and sign not in text
-    )
+    reads = [(array.name, f"{array.name}[") for array in given(program)]
+    reads += [("params", "params->")] * bool(robot.runtime_parameters)
+    results = program.signature.results
     return Function(
         name=name,
-        brief=QUANTITY_TEXT[program.quantity],
+        brief=brief(program.quantity),
         operations=operation_line(program),
         errors=error_lines(kernels, program, real),
-        prototype=f"void {name}({plain})",
-        definition=f"void {name}({restrict})",
+        prototype=f"void {name}({scalar_arguments(kernels, program, real, restrict=False)})",
+        definition=f"void {name}({scalar_arguments(kernels, program, real, restrict=True)})",
         body=body,
-        output=output,
-        shape=_shape(kernels, program),
-        unused=unused,
+        inputs=tuple((array.name, input_text(array)) for array in given(program)),
+        results=tuple((array.name, _shape(kernels, program, array)) for array in results),
+        unused=tuple(argument for argument, sign in reads if sign not in text),
     )
 
 
-def _shape(kernels: Kernels, program: Program) -> str:
-    what = "4x4 matrix, row by row" if program.quantity.is_pose else "x, y, z"
-    if program.quantity is Quantity.FRAMES:
+def _shape(kernels: Kernels, program: Program, array: Array) -> str:
+    what = result_text(array)
+    if program.quantity.kind is Kind.FRAMES:
         return f"{what}, for each frame in the order of {macro(kernels.robot.name, 'FRAME')}_*"
-    if kernels.robot.is_tree:
+    if array.per_frame:
         return f"{what}, for each tip in the order of {macro(kernels.robot.name, 'TIP')}_*"
     return what
 
 
-def _body(printer: CPrinter, program: Program, output: str, nested: bool) -> tuple[str, ...]:
+def _body(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
-    is_pose = program.quantity.is_pose
-    arrays = [f"{output}[{number}]" if nested else output for number in range(len(program.frames))]
-    places = [f"{array}[{entry}]" for array in arrays for entry in range(program.quantity.entries)]
-    last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)] if is_pose else []
-    rows = [printer.assignment(f"{array}[{12 + column}]", one) for array in arrays for column, one in enumerate(last)]
+    printer = CPrinter(real, sincos_macro(kernels.robot.name, real), scalar_variables(program))
+    places = [place for block in result_places(program) for place in block]
+    last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)]
+    rows = [
+        printer.assignment(f"{block}[{12 + column}]", entry)
+        for array in program.signature.results
+        if array.is_pose
+        for block in block_names(array)
+        for column, entry in enumerate(last)
+    ]
     return (*printer.lines(program, places), *rows)

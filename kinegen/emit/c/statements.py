@@ -28,18 +28,18 @@ class CPrinter:
     Attributes:
         real: The number type.
         sincos: Name of the sine-cosine function or macro.
-        variable: How an entry of the joint vector is written, `{}` standing for its index.
+        variables: How each number of the inputs is written.
     """
 
     real: Real
     sincos: str
-    variable: str = "q[{}]"
+    variables: tuple[str, ...]
 
     def operand(self, operand: Operand) -> str:
         """One operand."""
         match operand:
             case Variable(index):
-                return self.variable.format(index)
+                return self.variables[index]
             case RuntimeParameter(name):
                 return f"params->{name}"
             case Constant(value):

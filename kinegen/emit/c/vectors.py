@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.c.kernel import macros, output_argument
+from kinegen.emit.c.arguments import declared
+from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
@@ -127,8 +128,7 @@ def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> Vector
     robot = kernels.robot
     program = kernels.programs[index]
     name = function(robot.name, program.quantity.function, real)
-    output, extent = output_argument(kernels, program)
-    stride = 16 if program.quantity.is_pose else 3
+    result = program.signature.results[0]
     inputs = ["q"] if robot.dof else []
     if robot.runtime_parameters:
         inputs.append(f"&{prefix(robot.name, real)}_default_params")
@@ -136,13 +136,13 @@ def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> Vector
         function=name,
         array=f"{name}_expected",
         rows=tuple(_row(entries, real) for entries in vectors.expected[program.quantity]),
-        entries=program.quantity.entries,
-        frames=len(program.frames),
-        total=program.quantity.entries * len(program.frames),
-        stride=stride,
-        output=f"{output}[{extent}][{stride}]" if extent else f"{output}[{stride}]",
-        first=f"&{output}[0][0]" if extent else f"&{output}[0]",
-        call=f"{name}({', '.join([*inputs, output])})",
+        entries=result.size // result.blocks,
+        frames=result.blocks,
+        total=result.size,
+        stride=result.stored,
+        output=declared(kernels, program, result),
+        first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
+        call=f"{name}({', '.join([*inputs, result.name])})",
     )
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.emit.c.kernel import macros, output_argument
+from kinegen.emit.c.arguments import block_names, declared, result_places
+from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.fixed.manual import error_text, joint_lines, parameter_lines, range_end
 from kinegen.emit.fixed.statements import IntegerPrinter, needed_shifts, uses
-from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, operation_line, provenance
+from kinegen.emit.kernels import Kernels, operation_line, provenance
+from kinegen.emit.words import brief
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram, Operation
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
 from kinegen.outputs import Quantity
@@ -166,42 +168,40 @@ def _macros(fixed: FixedKernels, has_strokes: bool, has_lengths: bool) -> Iterat
 def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
     robot, exact = fixed.robot, program.program
     name = function(robot.name, exact.quantity.function, Q30)
-    output, extent = output_argument(fixed.kernels, exact)
-    size = 16 if exact.quantity.is_pose else 3
+    result = exact.signature.results[0]
     inputs = [f"const int32_t q[{{}}{macro(robot.name, 'DOF')}]"] if robot.dof else []
     if robot.runtime_parameters:
         inputs.append(f"const {prefix(robot.name, Q30)}_params *{{}}params")
-    inputs.append(f"int32_t {output}[{{}}{extent}][{size}]" if extent else f"int32_t {output}[{{}}{size}]")
+    inputs.append(f"int32_t {declared(fixed.kernels, exact, result, '{}')}")
     plain, restricted = (", ".join(each.format(word) for each in inputs) for word in ("", "restrict "))
-    body = _body(IntegerPrinter(prefix(robot.name, Q30)), program, output, extent is not None)
+    body = _body(IntegerPrinter(prefix(robot.name, Q30)), program)
     text = "\n".join(body)
     unused = [("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters)]
     return FixedFunction(
-        brief=QUANTITY_TEXT[exact.quantity],
+        brief=brief(exact.quantity),
         operations=operation_line(exact),
         errors=error_text(fixed, program),
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restricted})",
         body=body,
-        output=output,
+        output=result.name,
         shape=_shape(fixed.kernels, exact.quantity),
         unused=tuple(argument for argument, sign, present in unused if present and sign not in text),
     )
 
 
-def _body(printer: IntegerPrinter, program: FixedProgram, output: str, nested: bool) -> tuple[str, ...]:
+def _body(printer: IntegerPrinter, program: FixedProgram) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
-    quantity = program.program.quantity
-    arrays = [f"{output}[{number}]" if nested else output for number in range(len(program.program.frames))]
-    places = [f"{array}[{entry}]" for array in arrays for entry in range(quantity.entries)]
-    last = (0, 0, 0, 2**NUMBER_BITS) if quantity.is_pose else ()
-    rows = [f"{array}[{12 + column}] = {value};" for array in arrays for column, value in enumerate(last)]
+    result = program.program.signature.results[0]
+    places = [place for block in result_places(program.program) for place in block]
+    last = (0, 0, 0, 2**NUMBER_BITS) if result.is_pose else ()
+    rows = [f"{block}[{12 + column}] = {value};" for block in block_names(result) for column, value in enumerate(last)]
     return (*printer.lines(program, places), *rows)
 
 
 def _shape(kernels: Kernels, quantity: Quantity) -> str:
     what = "4x4 matrix, row by row" if quantity.is_pose else "x, y, z"
-    if quantity is Quantity.FRAMES:
+    if quantity == Quantity.FRAMES:
         return f"{what}, for each frame in the order of {macro(kernels.robot.name, 'FRAME')}_*"
     if kernels.robot.is_tree:
         return f"{what}, for each tip in the order of {macro(kernels.robot.name, 'TIP')}_*"

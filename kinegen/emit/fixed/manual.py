@@ -59,7 +59,7 @@ def _parameter_unit(fixed: FixedKernels, parameter: Parameter) -> str:
 
 def largest_errors(program: FixedProgram) -> tuple[tuple[float, float, float], float]:
     """The proven errors of x, y and z and of the entries of a rotation, over all frames, in units of the last place."""
-    entries = program.program.quantity.entries
+    entries = 12 if program.program.quantity.is_pose else 3
     axes = range(3, 12, 4) if entries == 12 else range(3)
     errors = program.errors
 

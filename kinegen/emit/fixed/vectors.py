@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kinegen.emit.c.kernel import output_argument
+from kinegen.emit.c.arguments import declared
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
@@ -114,8 +114,7 @@ def tolerance(fixed: FixedKernels) -> int:
 def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) -> FixedCheck:
     robot, quantity = fixed.robot, program.program.quantity
     name = function(robot.name, quantity.function, Q30)
-    output, extent = output_argument(fixed.kernels, program.program)
-    stride = 16 if quantity.is_pose else 3
+    result = program.program.signature.results[0]
     inputs = ["q"] if robot.dof else []
     if robot.runtime_parameters:
         inputs.append(f"&{prefix(robot.name, Q30)}_default_params")
@@ -123,13 +122,13 @@ def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) ->
         function=name,
         array=f"{name}_expected",
         rows=tuple(_row(entries) for entries in vectors.expected[quantity]),
-        entries=quantity.entries,
-        frames=len(program.program.frames),
-        total=quantity.entries * len(program.program.frames),
-        stride=stride,
-        output=f"{output}[{extent}][{stride}]" if extent else f"{output}[{stride}]",
-        first=f"&{output}[0][0]" if extent else f"&{output}[0]",
-        call=f"{name}({', '.join([*inputs, output])})",
+        entries=result.size // result.blocks,
+        frames=result.blocks,
+        total=result.size,
+        stride=result.stored,
+        output=declared(fixed.kernels, program.program, result),
+        first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
+        call=f"{name}({', '.join([*inputs, result.name])})",
     )
 
 

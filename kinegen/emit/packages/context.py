@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen import __version__
-from kinegen.emit.c.kernel import KernelContext, kernel_context, output_argument
+from kinegen.emit.c.arguments import declared
+from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.kernels import Kernels, joint_lines, provenance
 from kinegen.emit.packages.layout import Layout
 from kinegen.emit.reals import Real
@@ -161,30 +162,30 @@ def _selftest(robot: Robot, real: Real) -> Selftest:
 def _example(kernels: Kernels, real: Real) -> Example:
     robot = kernels.robot
     program = _first_program(kernels.programs)
-    output, extent = output_argument(kernels, program)
-    size = 16 if program.quantity.is_pose else 3
+    result = program.signature.results[0]
+    shape = result.shape[1:] if result.per_frame else result.shape
     arguments = ["q"] if robot.dof else []
     if robot.runtime_parameters:
         arguments.append(f"&{prefix(robot.name, real)}_default_params")
-    frame = program.frames[0] if extent else "tool"
+    frame = program.frames[0] if result.per_frame else "tool"
     return Example(
         header=c_file(robot.name, "h", real),
         real=real.value,
         zero=real.literal(Fraction(0)),
         dof=macro(robot.name, "DOF"),
         joints=_joint_vector(robot, real),
-        output=f"{real.value} {output}[{extent}][{size}]" if extent else f"{real.value} {output}[{size}]",
-        call=f"{function(robot.name, program.quantity.function, real)}({', '.join([*arguments, output])})",
-        first=f"&{output}[0][0]" if extent else f"&{output}[0]",
-        rows=3 if program.quantity.is_pose else 1,
-        columns=4 if program.quantity.is_pose else 3,
-        what=f"{'pose' if program.quantity.is_pose else 'position'} of frame {frame}",
+        output=f"{real.value} {declared(kernels, program, result)}",
+        call=f"{function(robot.name, program.quantity.function, real)}({', '.join([*arguments, result.name])})",
+        first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
+        rows=3 if result.is_pose else math.prod(shape[:-1]),
+        columns=shape[-1],
+        what=f"{program.quantity.kind} of frame {frame}",
     )
 
 
 def _first_program(programs: tuple[Program, ...]) -> Program:
     """The pose, where there is one."""
-    return next((program for program in programs if program.quantity is Quantity.POSE), programs[0])
+    return next((program for program in programs if program.quantity == Quantity.POSE), programs[0])
 
 
 def _joint_vector(robot: Robot, real: Real) -> tuple[tuple[str, str], ...]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinegen.emit.environment import environment
-from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, provenance
+from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.words import brief, input_text
 from kinegen.ir.program import (
     Constant,
     Operand,
@@ -29,6 +30,7 @@ class Formula:
     Attributes:
         name: Its name.
         brief: What it computes.
+        inputs: Its arguments, each with what it holds.
         body: Statements.
         results: Lines of the returned tuple.
         unused: Arguments that the body does not read.
@@ -37,6 +39,7 @@ class Formula:
 
     name: str
     brief: str
+    inputs: tuple[tuple[str, str], ...]
     body: tuple[str, ...]
     results: tuple[str, ...]
     unused: tuple[str, ...]
@@ -75,15 +78,21 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
 
 
 def _formula(program: Program, parameters: bool) -> Formula:
-    body = _lines(program)
-    results = _wrapped([_operand(operand) for operand in program.outputs])
+    printer = _Printer(
+        tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
+    )
+    body = printer.lines(program)
+    results = tuple(f"{printer.operand(operand)}," for operand in program.outputs)
     text = "\n".join((*body, *results))
     reads_parameters = "params." in text
-    unused = ["q"] if "q[" not in text and not reads_parameters else []  # q has the number type of the parameters
+    names = [array.name for array in program.signature.inputs]
+    # The first input has the number type of the parameters.
+    unused = [name for name in names if f"{name}[" not in text and not (reads_parameters and name == names[0])]
     unused += ["params"] if parameters and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
-        brief=QUANTITY_TEXT[program.quantity],
+        brief=brief(program.quantity),
+        inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
         body=body,
         results=results,
         unused=tuple(unused),
@@ -91,46 +100,49 @@ def _formula(program: Program, parameters: bool) -> Formula:
     )
 
 
-def _lines(program: Program) -> tuple[str, ...]:
-    halves: dict[Operand, set[str]] = {}
-    for statement in program.statements:
-        if statement.operator in (Operator.SIN, Operator.COS):
-            halves.setdefault(statement.operands[0], set()).add(statement.name)
-    lines: list[str] = []
-    for statement in program.statements:
-        angle = statement.operands[0]
-        if statement.operator not in (Operator.SIN, Operator.COS):
-            lines.append(f"{statement.name} = {_expression(statement)}")
-        elif angle in halves:
-            found, label = halves.pop(angle), statement.name[1:]
-            sine, cosine = (name if name in found else "_" for name in (f"s{label}", f"c{label}"))
-            lines.append(f"{sine}, {cosine} = _sincos({_operand(angle)})")
-    return tuple(lines)
+@dataclass(frozen=True, slots=True)
+class _Printer:
+    """Prints statements.
 
+    Attributes:
+        variables: How each number of the inputs is written.
+    """
 
-def _expression(statement: Statement) -> str:
-    operands = [_operand(operand) for operand in statement.operands]
-    if statement.operator is Operator.NEG:
-        return f"-{operands[0]}"
-    if statement.operator not in _SYMBOLS:
-        raise TypeError(f"Python has no form for the operator {statement.operator!r}")
-    return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
+    variables: tuple[str, ...]
 
+    def lines(self, program: Program) -> tuple[str, ...]:
+        halves: dict[Operand, set[str]] = {}
+        for statement in program.statements:
+            if statement.operator in (Operator.SIN, Operator.COS):
+                halves.setdefault(statement.operands[0], set()).add(statement.name)
+        lines: list[str] = []
+        for statement in program.statements:
+            angle = statement.operands[0]
+            if statement.operator not in (Operator.SIN, Operator.COS):
+                lines.append(f"{statement.name} = {self.expression(statement)}")
+            elif angle in halves:
+                found, label = halves.pop(angle), statement.name[1:]
+                sine, cosine = (name if name in found else "_" for name in (f"s{label}", f"c{label}"))
+                lines.append(f"{sine}, {cosine} = _sincos({self.operand(angle)})")
+        return tuple(lines)
 
-def _operand(operand: Operand) -> str:
-    match operand:
-        case Variable(index):
-            return f"q[{index}]"
-        case RuntimeParameter(name):
-            return f"params.{python_identifier(name)}"
-        case Constant(value):
-            return Real.DOUBLE.literal(value)
-        case Temporary(name):
-            return name
-        case _:
-            raise TypeError(f"Python has no form for the operand {operand!r}")
+    def expression(self, statement: Statement) -> str:
+        operands = [self.operand(operand) for operand in statement.operands]
+        if statement.operator is Operator.NEG:
+            return f"-{operands[0]}"
+        if statement.operator not in _SYMBOLS:
+            raise TypeError(f"Python has no form for the operator {statement.operator!r}")
+        return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
 
-
-def _wrapped(items: list[str]) -> tuple[str, ...]:
-    """Items with commas, as the project's formatter lays out a tuple: one to a line."""
-    return tuple(f"{item}," for item in items)
+    def operand(self, operand: Operand) -> str:
+        match operand:
+            case Variable(index):
+                return self.variables[index]
+            case RuntimeParameter(name):
+                return f"params.{python_identifier(name)}"
+            case Constant(value):
+                return Real.DOUBLE.literal(value)
+            case Temporary(name):
+                return name
+            case _:
+                raise TypeError(f"Python has no form for the operand {operand!r}")

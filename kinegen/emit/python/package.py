@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from importlib import resources
 
 from kinegen.emit.environment import environment
-from kinegen.emit.kernels import QUANTITY_TEXT, Kernels, joint_lines, operation_line, provenance
+from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.words import brief
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Kind
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Robot
 
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
+
+RUNTIME = ("_kernel.py", "_engines.py")
+"""The array handling, copied as it is."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
@@ -30,15 +34,19 @@ class PublicKernel:
     Attributes:
         name: Its name.
         brief: What it computes.
-        shape: Shape of the result for one configuration, as Python text.
-        result: The same in words.
+        inputs: What it is given, as Python text.
+        results: What it gives, as Python text.
+        type: The type of its result.
+        relation: The shapes of inputs and results in words.
         operations: What a configuration costs.
     """
 
     name: str
     brief: str
-    shape: str
-    result: str
+    inputs: str
+    results: str
+    type: str
+    relation: str
     operations: str
 
 
@@ -75,8 +83,8 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         Text by file name.
     """
     robot = kernels.robot
-    functions = tuple(_public(robot, program) for program in kernels.programs)
-    has_frames = any(program.quantity is Quantity.FRAMES for program in kernels.programs)
+    functions = tuple(_public(program) for program in kernels.programs)
+    has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
     context = PackageContext(
         name=robot.name,
         description=_paragraph(docstring_text(robot.description)),
@@ -97,11 +105,11 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         stamp=stamp,
         exported=_exported(robot, functions, has_frames),
     )
-    array_handling = resources.files("kinegen.native").joinpath("kernel.py").read_text(encoding="utf-8")
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
+    runtime = resources.files("kinegen.native.runtime")
     return {
         "__init__.py": environment().get_template("python/__init__.py.jinja").render(k=context),
-        "_kernel.py": banner + array_handling,
+        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in RUNTIME},
         "py.typed": "",
     }
 
@@ -121,25 +129,38 @@ def _export_key(name: str) -> tuple[int, str]:
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
 
 
-def output_shape(robot: Robot, program: Program) -> tuple[int, ...]:
-    """Shape of the result for one configuration; a single tip has no axis of its own."""
-    inner = (4, 4) if program.quantity.is_pose else (3,)
-    several = robot.is_tree or program.quantity is Quantity.FRAMES
-    return (len(program.frames), *inner) if several else inner
-
-
-def _public(robot: Robot, program: Program) -> PublicKernel:
-    shape = output_shape(robot, program)
-    several = shape not in ((4, 4), (3,))
-    order = "FRAMES" if program.quantity is Quantity.FRAMES else "TIPS"
-    text = ", ".join(str(extent) for extent in shape)
+def _public(program: Program) -> PublicKernel:
+    results = program.signature.results
+    order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
+    several = f", in the order of `{order}`" if any(array.per_frame for array in results) else ""
+    given = " and ".join(f"{array.name} of shape {_batch_shape(array)}" for array in program.signature.inputs)
+    if len(results) == 1:
+        gives = _batch_shape(results[0])
+    else:
+        gives = " and ".join(f"{array.name} {_batch_shape(array)}" for array in results)
     return PublicKernel(
         name=program.quantity.function,
-        brief=QUANTITY_TEXT[program.quantity],
-        shape=f"({text},)" if len(shape) == 1 else f"({text})",
-        result=f"(..., {text}), in the order of `{order}`" if several else f"(..., {text})",
+        brief=brief(program.quantity),
+        inputs=_arrays(program.signature.inputs),
+        results=_arrays(results),
+        type="Floats" if len(results) == 1 else f"tuple[{', '.join(['Floats'] * len(results))}]",
+        relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
     )
+
+
+def _arrays(arrays: tuple[Array, ...]) -> str:
+    """Arrays as Python text."""
+    items = [f'Array("{array.name}", {_tuple(array.shape)}{", True" if array.is_pose else ""})' for array in arrays]
+    return f"({items[0]},)" if len(items) == 1 else f"({', '.join(items)})"
+
+
+def _tuple(shape: tuple[int, ...]) -> str:
+    return f"({shape[0]},)" if len(shape) == 1 else f"({', '.join(map(str, shape))})"
+
+
+def _batch_shape(array: Array) -> str:
+    return f"(..., {', '.join(map(str, array.shape))})"
 
 
 def _limits(limits: tuple[Expression, Expression] | None) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 
@@ -10,7 +11,10 @@ from kinegen.ir.bounds.analysis import analyse
 from kinegen.ir.bounds.graph import Ranges
 from kinegen.ir.bounds.numbers import UPWARDS, NumberType, UnboundedError
 from kinegen.ir.program import Program
-from kinegen.outputs import Quantity
+from kinegen.outputs import Kind, Quantity
+
+_PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
+"""Kinds of results that say where frames are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,7 @@ class ErrorBound:
     Attributes:
         quantity: What the program computes.
         entries: Bound for each output of the program, in its order.
-        frames: The same summed up for each frame.
+        frames: The same summed up for each frame, where poses or positions are computed.
     """
 
     quantity: Quantity
@@ -71,11 +75,14 @@ def bound(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:
             entries = tuple(_float(output.error) for output in analyse(program, ranges, real))
         except UnboundedError:
             entries = (math.inf,) * len(program.outputs)
-    size = program.quantity.entries
-    frames = tuple(
-        _frame(name, entries[index * size : (index + 1) * size]) for index, name in enumerate(program.frames)
-    )
+    frames = tuple(_frames(program, entries)) if program.quantity.kind in _PLACES else ()
     return ErrorBound(program.quantity, entries, frames)
+
+
+def _frames(program: Program, entries: tuple[float, ...]) -> Iterator[FrameBound]:
+    size = len(entries) // len(program.frames)
+    for index, name in enumerate(program.frames):
+        yield _frame(name, entries[index * size : (index + 1) * size])
 
 
 def _float(number: Decimal) -> float:

@@ -31,7 +31,7 @@ def refuse(robot: Robot, reason: str, line: int | None = None) -> KinegenError:
 
 def output_kinds(program: Program) -> tuple[Kind, ...]:
     """What each output measures: the last column of a matrix is a length, and so is a point."""
-    entries = program.quantity.entries
+    entries = 12 if program.quantity.is_pose else 3
     return tuple(
         Kind.LENGTH if entries == 3 or place % 4 == 3 else Kind.NUMBER for place in range(len(program.outputs))
     )

@@ -1,0 +1,105 @@
+"""The arguments of the C functions: how each array of a kernel is declared, passed and read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from kinegen.emit.kernels import Kernels
+from kinegen.ir.program import Program
+from kinegen.naming import macro, prefix
+from kinegen.outputs import Array, Kind
+
+
+def given(program: Program) -> tuple[Array, ...]:
+    """The inputs that hold numbers; C knows no empty arrays."""
+    return tuple(array for array in program.signature.inputs if array.size)
+
+
+def extent_macro(kernels: Kernels, program: Program) -> str:
+    """The macro of the number of frames or tips that results count."""
+    return macro(kernels.robot.name, "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS")
+
+
+def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = "") -> str:
+    """The extents of an argument, such as `q[6]` or `base_T_tips[restrict ARM_TIPS][16]`.
+
+    Args:
+        kernels: The robot and its programs.
+        program: The program.
+        array: One of its inputs or results.
+        qualifier: What stands in the outermost brackets before the extent, with a space after it.
+    """
+    if array.per_frame:
+        return f"{array.name}[{qualifier}{extent_macro(kernels, program)}][{array.stored}]"
+    size = f"{array.stored}"
+    if array.shape == (kernels.robot.dof,) and array in program.signature.inputs:
+        size = macro(kernels.robot.name, "DOF")
+    return f"{array.name}[{qualifier}{size}]"
+
+
+def scalar_arguments(kernels: Kernels, program: Program, real: str, *, restrict: bool) -> str:
+    """The parameter list of a scalar kernel; `restrict` is left out in headers, where C++ would stumble over it."""
+    qualifier = "restrict " if restrict else ""
+    parts = [f"const {real} {declared(kernels, program, array, qualifier)}" for array in given(program)]
+    if kernels.robot.runtime_parameters:
+        parts.append(f"const {prefix(kernels.robot.name, real)}_params *{qualifier}params")
+    parts += [f"{real} {declared(kernels, program, array, qualifier)}" for array in program.signature.results]
+    return ", ".join(parts)
+
+
+def scalar_variables(program: Program) -> tuple[str, ...]:
+    """How each number of the inputs is read."""
+    return tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
+
+
+def tile_variables(program: Program) -> tuple[str, ...]:
+    """The same for configuration i of a tile."""
+    return tuple(
+        f"{array.name}[i * {array.name}_pose + {index} * {array.name}_joint]"
+        for array in program.signature.inputs
+        for index in range(array.size)
+    )
+
+
+def block_names(array: Array) -> tuple[str, ...]:
+    """The C array of each block of a result."""
+    return tuple(f"{array.name}[{block}]" for block in range(array.blocks)) if array.per_frame else (array.name,)
+
+
+def result_places(program: Program) -> Iterator[tuple[str, ...]]:
+    """For each block of each result, where its computed numbers are stored."""
+    for array in program.signature.results:
+        for name in block_names(array):
+            yield tuple(f"{name}[{index}]" for index in range(array.size // array.blocks))
+
+
+def flat_call(kernels: Kernels, program: Program, real: str, inputs: str, results: str) -> str:
+    """The arguments of a call whose arrays lie one after the other in two buffers.
+
+    Args:
+        kernels: The robot and its programs.
+        program: The program.
+        real: Number type.
+        inputs: Name of the buffer with all inputs.
+        results: Name of the buffer for all results, matrices with their last rows.
+
+    Returns:
+        C text; parameters are those of the file.
+    """
+    arguments, offset = [], 0
+    for array in given(program):
+        arguments.append(_from(inputs, offset))
+        offset += array.stored
+    if kernels.robot.runtime_parameters:
+        arguments.append(f"&{prefix(kernels.robot.name, real)}_default_params")
+    offset = 0
+    for array in program.signature.results:
+        place = _from(results, offset)
+        bracketed = f"({place})" if offset else place
+        arguments.append(f"({real} (*)[{array.stored}]){bracketed}" if array.per_frame else place)
+        offset += array.stored * array.blocks
+    return ", ".join(arguments)
+
+
+def _from(buffer: str, offset: int) -> str:
+    return f"{buffer} + {offset}" if offset else buffer

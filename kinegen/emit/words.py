@@ -1,0 +1,86 @@
+"""What the quantities and the arrays of kernels are, in the words that headers and docstrings print."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from kinegen.outputs import Array, Kind, Quantity, Reference
+
+_ROWS = "rows linear velocity, then angular"
+
+_BRIEF: Mapping[Kind, str] = MappingProxyType(
+    {
+        Kind.POSE: "Pose of {frame} in the base frame",
+        Kind.FRAMES: "Poses of all links and named frames in the base frame",
+        Kind.POSITION: "Position of {origin} in the base frame",
+        Kind.JACOBIAN: f"Geometric Jacobian of {{frame}}, {_ROWS}, {{reference}}",
+        Kind.FK_JACOBIAN: f"Pose of {{frame}} in the base frame and its geometric Jacobian, {_ROWS}, {{reference}}",
+        Kind.TWIST: "Twist of {frame}, linear velocity, then angular, {reference}",
+        Kind.BIAS_ACCELERATION: "Acceleration of {frame} without joint acceleration (dJ/dt qd), linear, then angular, "
+        "{reference}",
+        Kind.ACCELERATION: "Acceleration of {frame} (J qdd + dJ/dt qd), linear, then angular, {reference}",
+        Kind.HESSIAN: "Derivative of the geometric Jacobian of {frame}: block k holds dJ/dq[k], " + _ROWS,
+        Kind.QUATERNION_WXYZ: "Orientation of {frame} as a unit quaternion w, x, y, z with w >= 0",
+        Kind.QUATERNION_XYZW: "Orientation of {frame} as a unit quaternion x, y, z, w with w >= 0",
+        Kind.RPY_ZYX: "Orientation of {frame} as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)",
+        Kind.RPY_XYZ: "Orientation of {frame} as angles a, b, c with R = Rx(a) Ry(b) Rz(c)",
+        Kind.EULER_ZYZ: "Orientation of {frame} as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi)",
+        Kind.AXIS_ANGLE: "Orientation of {frame} as rotation vector: its axis times the angle in 0 to pi",
+        Kind.QUATERNION_WXYZ_JACOBIAN: "Derivative of the quaternion w, x, y, z of {frame} by the joint variables",
+        Kind.QUATERNION_XYZW_JACOBIAN: "Derivative of the quaternion x, y, z, w of {frame} by the joint variables",
+        Kind.RPY_ZYX_JACOBIAN: "Derivative of roll, pitch, yaw of {frame} by the joint variables",
+        Kind.RPY_XYZ_JACOBIAN: "Derivative of the angles a, b, c (R = Rx(a) Ry(b) Rz(c)) of {frame} by the joint "
+        "variables",
+        Kind.EULER_ZYZ_JACOBIAN: "Derivative of the angles phi, theta, psi (zyz) of {frame} by the joint variables",
+        Kind.AXIS_ANGLE_JACOBIAN: "Derivative of the rotation vector of {frame} by the joint variables",
+        Kind.PARAMETER_JACOBIAN: f"Motion of {{frame}} for each parameter, {_ROWS}, {{reference}}",
+        Kind.INVERSE_POSE: "Inverse of a pose",
+        Kind.TRANSFORM_POINT: "A point given in the frame of a pose, in the frame that the pose is given in",
+        Kind.ADJOINT: "Adjoint of a pose: it turns a twist of the moved frame, linear, then angular, into the other",
+        Kind.INVERSE: "Joint values of all branches for a pose of {frame}, and which of them are solutions",
+    }
+)
+
+_REFERENCE: Mapping[Reference, str] = MappingProxyType(
+    {
+        Reference.LOCAL_WORLD_ALIGNED: "at its origin in the axes of the base",
+        Reference.LOCAL: "at its origin in its own axes",
+        Reference.WORLD: "at the origin of the base in the axes of the base",
+    }
+)
+
+_INPUT: Mapping[str, str] = MappingProxyType(
+    {
+        "q": "joint vector",
+        "qd": "joint velocities, per second",
+        "qdd": "joint accelerations, per second squared",
+        "point": "x, y, z",
+    }
+)
+
+
+def brief(quantity: Quantity) -> str:
+    """What a kernel computes, in one sentence."""
+    frame, origin = ("the tool", "the tool's origin")
+    if quantity.frame:
+        frame, origin = (f"frame {quantity.frame}", f"the origin of frame {quantity.frame}")
+    text = _BRIEF[quantity.kind].format(frame=frame, origin=origin, reference=_REFERENCE[quantity.reference])
+    return f"{text}."
+
+
+def input_text(array: Array) -> str:
+    """What an input holds."""
+    return _INPUT.get(array.name) or result_text(array)
+
+
+def result_text(array: Array) -> str:
+    """What a result holds for one frame."""
+    if array.is_pose:
+        return "4x4 matrix, row by row"
+    shape = array.shape[1:] if array.per_frame else array.shape
+    if array.name.startswith("base_p_"):
+        return "x, y, z"
+    if len(shape) == 1:
+        return f"{shape[0]} numbers"
+    return f"{'x'.join(map(str, shape))} {'matrix' if len(shape) == 2 else 'array'}, row by row"

@@ -1,0 +1,168 @@
+"""What evaluates the kernels of a robot: the compiled extension where it loads, and the NumPy form elsewhere."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import struct
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+
+class Array(NamedTuple):
+    """One input or result of a kernel, for one configuration: its name, its shape, and whether it holds 4x4 poses."""
+
+    name: str
+    shape: tuple[int, ...]
+    is_pose: bool = False
+
+    @property
+    def size(self) -> int:
+        """Numbers that are computed or read: of each 4x4 matrix the upper three rows."""
+        return math.prod(self.shape) * 3 // 4 if self.is_pose else math.prod(self.shape)
+
+    def laid_out(self, layout: str) -> tuple[int, ...]:
+        """Its shape in a layout, without the axes of the batch."""
+        if layout == "joint_major":
+            return (self.size,)
+        return (*self.shape[:-2], 3, 4) if layout == "3x4" and self.is_pose else self.shape
+
+
+class Compiled:
+    """Calls the extension. Its `..._arrays` take the addresses of array objects and return 0 for what they decline."""
+
+    name, block = "c", 1 << 15
+
+    def __init__(
+        self, native: Any, symbol: str, name: str, reals: Sequence[np.dtype[Any]], results: Sequence[Array]
+    ) -> None:
+        self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
+        self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
+        self._results = len(results)
+        prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
+        self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
+        self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
+        self._latest: tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]] = (None, {}, self._arrays)
+
+    def _prepared(self, params: Any) -> tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]]:
+        """The parameters, their C structs, and the function with these filled in; remembered for the next call."""
+        latest = self._latest
+        if latest[0] is not params:
+            structs = {real: self._ffi.new(struct, list(params)) for real, struct in self._structs.items()}
+            self._latest = latest = (params, structs, partial(self._arrays, *structs.values()))
+        return latest
+
+    def direct(self, params: Any) -> Callable[..., int]:
+        """The function that small plain arrays may be given to at once."""
+        return self._prepared(params)[2]
+
+    def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
+        """The scalar kernel with its pointers filled in, inputs first."""
+        real = arrays[0].dtype
+        items = "double[]" if real == np.float64 else "float[]"
+        structs = self._prepared(params)[1]
+        buffers = (self._ffi.from_buffer(items, array) for array in arrays)
+        return partial(self._pointers[real], *((structs[real],) if structs else ()), *buffers)
+
+    def fill(self, params: Any, real: np.dtype[Any], code: int, _lead: int, arrays: Sequence[Floats]) -> None:
+        """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
+        call = self.direct(params)
+        if call(*map(id, arrays), code):
+            return
+        # Another type or stride: through copies of this block.
+        first = len(arrays) - self._results
+        points = [np.array(array, real, order="C") for array in arrays[:first]]
+        buffers = [
+            np.empty(array.shape[::-1], real).T if code == 2 else np.empty(array.shape, real)
+            for array in arrays[first:]
+        ]
+        if not call(*map(id, points), *map(id, buffers), code):
+            shapes = ", ".join(str(array.shape) for array in arrays)
+            raise RuntimeError(f"the compiled kernel declined arrays of shape {shapes}")
+        for array, buffer in zip(arrays[first:], buffers, strict=True):
+            array[...] = buffer
+
+
+class Formula:
+    """Calls the NumPy form."""
+
+    name, variant, block = "numpy", "", 1 << 12
+
+    def __init__(self, formula: Callable[..., Sequence[Any]], results: Sequence[Array]) -> None:
+        self._formula, self._results = formula, results
+
+    def direct(self, params: Any) -> None:
+        """There is no short cut."""
+
+    def fill(self, params: Any, real: np.dtype[Any], code: int, lead: int, arrays: Sequence[Floats]) -> None:
+        """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
+        shape = arrays[0].shape[:lead]
+        first = len(arrays) - len(self._results)
+        points = [self._numbers(array, lead, real) for array in arrays[:first]]
+        rows = iter(self._formula(*points, *(() if params is None else (params,))))
+        for result, array in zip(self._results, arrays[first:], strict=True):
+            # Without the last rows of matrices, which are the same for all.
+            upper = array[..., :3, :] if result.is_pose and code == 0 else array
+            for place in np.ndindex(*upper.shape[lead:]):
+                row = next(rows)
+                upper[(..., *place)] = np.reshape(row, shape if np.ndim(row) else ())
+            if upper is not array:
+                array[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+
+    def _numbers(self, array: Floats, lead: int, real: np.dtype[Any]) -> Floats:
+        """The numbers of an input, one row each, of a matrix the upper three rows."""
+        count = math.prod(array.shape[:lead])
+        is_matrix = array.shape[lead:] == (4, 4)
+        upper = array[..., :3, :] if is_matrix else array
+        rows: Floats = np.ascontiguousarray(upper.reshape(count, math.prod(upper.shape[lead:])).T, real)
+        return rows
+
+
+def load_native(stamp: str) -> Any:
+    """Load the extension that lies beside this file.
+
+    A portable one serves the processor as well as it can; the environment may name a variant as KINEGEN_VARIANT.
+
+    Args:
+        stamp: Digest of the C sources that belong to the package.
+
+    Returns:
+        The cffi module, or None where there is none; one that exists but does not serve is named in a warning.
+    """
+    path = Path(__file__).with_name("_native.abi3.so")
+    if not path.exists():
+        return None
+    try:
+        return _load(path, stamp)
+    except (ImportError, OSError, AttributeError) as error:
+        reason = str(error).partition("\n")[0]
+        warnings.warn(f"{path.parent.name}: {path.name} is not used, NumPy is: {reason}", RuntimeWarning, stacklevel=2)
+        return None
+
+
+def _load(path: Path, stamp: str) -> Any:
+    # A 64-bit ELF file ends where its header says; the loader would crash on a shorter one.
+    with path.open("rb") as file:
+        sections, size, count = struct.unpack("<40xQ10xHH2x", (header := file.read(64)).ljust(64))
+    if header[:6] == b"\x7fELF\x02\x01" and sections + size * count > path.stat().st_size:
+        raise ImportError("the file is cut short")
+    # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
+    if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
+        raise ImportError("it serves CPython with NumPy 1 or 2")
+    native = importlib.import_module(f"{__package__}._native")
+    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
+        raise ImportError("it was built from other sources")
+    if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
+        which = f"it has no variant {wanted!r} that this processor can run"
+        raise ImportError(which if wanted else "it was built for a processor with more instructions")
+    return native

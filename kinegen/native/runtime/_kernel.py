@@ -1,0 +1,325 @@
+"""Array handling for the kernels of a robot: shapes, number types, strides, threads. It needs NumPy alone.
+
+A `Kernel` behaves like a generalised ufunc such as `(n)->(4,4)`: joint values of shape (..., n) give poses of shape
+(..., 4, 4). It calls C where the extension `_native` loads, and the NumPy form elsewhere; all packages share this file.
+
+Number types: float32 and float16 give float32; other floats, integers, truth values and lists give float64. A package
+built for double alone rounds its results for float32; one built for float alone always gives float32.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import os
+import threading
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from typing import Any, Generic, Literal, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._engines import Array, Compiled, Floats, Formula
+
+Layout = Literal["4x4", "3x4", "joint_major"]
+Result = TypeVar("Result")
+
+_LAYOUTS = ("4x4", "3x4", "joint_major")
+_SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, numbers that go to C at once
+_ndarray, _empty = np.ndarray, np.empty
+_pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
+
+
+class Kernel(Generic[Result]):
+    """One output of a robot for any number of configurations; several results come as a tuple.
+
+    Its `backend` is "c" or "numpy", `variant` says which C; `inputs`, `results`, `dof` and `shape` describe one
+    configuration.
+
+    Args:
+        name: Name of the output, and of this object in its module.
+        module: Name of that module.
+        symbol: Prefix of the C functions.
+        inputs: What it is given, in order.
+        results: What it gives, in order.
+        reals: Number types of the package: "float64", "float32" or both.
+        formula: NumPy form: the numbers of each input (size, n), then the parameters if there are any, to the rows of
+            the results (of each matrix the upper 3x4 by rows), each an array of length n or a number.
+        native: What `load_native` gave.
+        params: The robot file's values of the runtime parameters, a named tuple; None where there are none.
+        doc: Text for `help()`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        module: str,
+        symbol: str,
+        inputs: tuple[Array, ...],
+        results: tuple[Array, ...],
+        reals: tuple[str, ...],
+        formula: Callable[..., Sequence[Any]],
+        native: Any = None,
+        params: Any = None,
+        doc: str = "",
+    ) -> None:
+        self.__name__, self.__module__, self.__doc__ = name, module, doc
+        self.inputs, self.results, self._params = inputs, results, params
+        self.dof = inputs[0].size
+        self.shape = results[0].shape if len(results) == 1 else tuple(result.shape for result in results)
+        self._first, self._rank = results[0].shape, len(inputs[0].shape)
+        self._simple = len(inputs) == len(results) == self._rank == 1
+        self._reals = tuple(np.dtype(real) for real in reals)
+        self._engine = (
+            Formula(formula, results) if native is None else Compiled(native, symbol, name, self._reals, results)
+        )
+        self.backend, self.variant = self._engine.name, self._engine.variant
+        self._direct = self._engine.direct(params)
+
+    def __call__(
+        self, *inputs: ArrayLike, params: Any = None, out: Any = None, threads: int = 1, layout: Layout = "4x4"
+    ) -> Result:
+        """Evaluate one configuration or a batch.
+
+        Args:
+            inputs: The inputs, each of shape (..., *its shape), such as joint values (..., dof); for the layout
+                "joint_major" (numbers, N). Leading axes broadcast.
+            params: Values of the runtime parameters; by default those of the robot file.
+            out: Array for the result, of its exact shape and type, sharing no memory with the inputs; a tuple where
+                there are several results.
+            threads: Number of threads that share a batch; 0 for all cores.
+            layout: "4x4": matrices (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row
+                for each entry of the 3x4 matrix, and likewise for what is no matrix.
+
+        Returns:
+            The result; `out` where it was given.
+        """
+        # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain.
+        direct = self._direct if params is None else self._engine.direct(self._named(params))
+        if direct is not None and threads == 1 and layout == "4x4" and len(inputs) == len(self.inputs):
+            first: Any = inputs[0]
+            if self._simple:
+                if type(first) is _ndarray:
+                    if out is None and first.size < _SMALL:
+                        shape = self._first if first.ndim == 1 else first.shape[:-1] + self._first
+                        result: Any = _empty(shape, first.dtype)
+                        if direct(id(first), id(result), 0):
+                            return cast(Result, result)
+                    elif type(out) is _ndarray and direct(id(first), id(out), 0):
+                        return cast(Result, out)
+            elif all(type(array) is _ndarray for array in inputs) and first.size < _SMALL and out is None:
+                lead = first.shape[: max(0, first.ndim - self._rank)]
+                found = tuple(_empty(lead + each.shape, first.dtype) for each in self.results)
+                if direct(*map(id, inputs), *map(id, found), 0):
+                    return cast(Result, self._given(found))
+            elif (
+                type(out) is tuple
+                and len(out) == len(self.results)
+                and all(type(array) is _ndarray for array in (*inputs, *out))
+                and direct(*map(id, inputs), *map(id, out), 0)
+            ):
+                return cast(Result, out)
+        return cast(Result, self._evaluate(inputs, self._named(params), out, threads, layout))
+
+    def bind(self, *arrays: Floats, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
+        """Look everything up once: each call of the result reads the inputs anew and writes the results.
+
+        Args:
+            arrays: The inputs and then the results, arrays of a type that the package was built for; they stay alive
+                as long as what is returned.
+            params: As for a call.
+            layout: As for a call.
+
+        Returns:
+            A function without arguments; for one contiguous configuration it is the C function itself.
+        """
+        if len(arrays) != len(self.inputs) + len(self.results):
+            names = ", ".join(array.name for array in (*self.inputs, *self.results))
+            raise TypeError(f"{self.__name__}: bind takes {names}, not {len(arrays)} arrays")
+        inputs, results = arrays[: len(self.inputs)], arrays[len(self.inputs) :]
+        real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
+        for given, array in zip(self.inputs, inputs, strict=True):
+            if type(array) is not np.ndarray or array.dtype not in self._reals or array.dtype != real:
+                kinds = " or ".join(map(str, self._reals))
+                raise TypeError(f"{self.__name__}: bind needs {given.name} as an array of {kinds}")
+        lead = self._lead([self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs)], layout)
+        self._checked_results(results, lead, real, inputs, layout)
+        plain = all(array.flags.c_contiguous and array.flags.aligned for array in arrays)
+        if isinstance(self._engine, Compiled) and plain and not lead and layout == "4x4":
+            return self._engine.bind(arrays, self._named(params))
+        return partial(self, *inputs, params=params, out=self._given(results), layout=layout)
+
+    def __reduce__(self) -> str:
+        return self.__name__  # pickled by reference, as functions are
+
+    def __repr__(self) -> str:
+        backend = f"{self.backend} ({self.variant})" if self.variant else self.backend
+        given = ", ".join(f"{array.name} {array.shape}" for array in self.inputs)
+        return f"<{self.__module__}.{self.__name__}: {given} to {self.shape}, backend {backend}>"
+
+    def _given(self, results: tuple[Floats, ...]) -> Any:
+        return results[0] if len(results) == 1 else tuple(results)
+
+    def _evaluate(self, inputs: tuple[ArrayLike, ...], params: Any, out: Any, threads: int, layout: str) -> Any:
+        if len(inputs) != len(self.inputs):
+            names = ", ".join(array.name for array in self.inputs)
+            raise TypeError(f"{self.__name__} takes {names}, not {len(inputs)} arrays")
+        if layout not in _LAYOUTS or (layout == "3x4" and not any(each.is_pose for each in self.results)):
+            known = _LAYOUTS if any(each.is_pose for each in self.results) else _LAYOUTS[::2]
+            raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {known})")
+        arrays = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs, strict=True)]
+        workers, lead = _workers(threads), self._lead(arrays, layout)
+        dtype = self._result_type(arrays)
+        if out is None:
+            shapes = [self._full_shape(each, lead, layout) for each in self.results]
+            results = tuple(np.empty(shape, dtype) for shape in shapes)
+        else:
+            results = (out,) if len(self.results) == 1 else out
+            self._checked_results(results, lead, dtype, arrays, layout)
+        major = layout == "joint_major"
+        # From here on the poses are the leading axes, in the joint-major layout too.
+        whole = [self._stretched(*pair, lead, layout) for pair in zip(self.inputs, arrays, strict=True)]
+        whole = [array.T for array in (*whole, *results)] if major else [*whole, *results]
+        count = math.prod(lead)
+        if count:
+            # Equal blocks, a multiple of the workers: memory stays flat, and Ctrl-C gets through in between.
+            workers = min(workers, -(-count // _SHARE))
+            blocks = workers * -(-count // (self._engine.block * workers))
+            real = dtype if dtype in self._reals else self._reals[0]
+            fill = partial(self._engine.fill, params, real, _LAYOUTS.index(layout))
+            _spread(fill, _blocks(whole, len(lead), -(-count // blocks)), workers)
+        return self._given(results) if out is None else out
+
+    def _named(self, params: Any) -> Any:
+        if params is not None and type(params) is not type(self._params):
+            expected = "none" if self._params is None else type(self._params).__qualname__
+            raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
+        return self._params if params is None else params
+
+    def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiub" or isinstance(values, np.ma.MaskedArray):
+            found = f"{type(values).__name__} of {array.dtype}"
+            raise TypeError(f"{self.__name__}: {given.name} is a {found}, expected plain real numbers")
+        inner = given.laid_out(layout)
+        if layout == "joint_major":
+            if array.ndim != 2 or array.shape[:1] != inner:
+                expected = f"({given.size}, N)"
+                raise ValueError(f"{self.__name__}: {given.name} has shape {array.shape}, expected {expected}")
+        elif array.shape[max(0, array.ndim - len(inner)) :] != inner:
+            expected = f"(..., {', '.join(map(str, inner))})"
+            raise ValueError(f"{self.__name__}: {given.name} has shape {array.shape}, expected {expected}")
+        return array
+
+    def _lead(self, arrays: Sequence[NDArray[Any]], layout: str) -> tuple[int, ...]:
+        """The axes of the batch, to which those of all inputs broadcast."""
+        if layout == "joint_major":
+            leads = [array.shape[1:] for array in arrays]
+        else:
+            ranks = [len(given.laid_out(layout)) for given in self.inputs]
+            leads = [array.shape[: array.ndim - rank] for array, rank in zip(arrays, ranks, strict=True)]
+        try:
+            return np.broadcast_shapes(*leads)
+        except ValueError:
+            shapes = ", ".join(f"{given.name} {array.shape}" for given, array in zip(self.inputs, arrays, strict=True))
+            raise ValueError(f"{self.__name__}: the shapes of {shapes} do not fit together") from None
+
+    def _stretched(self, given: Array, array: NDArray[Any], lead: tuple[int, ...], layout: str) -> NDArray[Any]:
+        shape = self._full_shape(given, lead, layout)
+        return array if array.shape == shape else np.broadcast_to(array, shape)
+
+    def _full_shape(self, array: Array, lead: tuple[int, ...], layout: str) -> tuple[int, ...]:
+        inner = array.laid_out(layout)
+        return (*inner, *lead) if layout == "joint_major" else (*lead, *inner)
+
+    def _result_type(self, arrays: Sequence[NDArray[Any]]) -> np.dtype[Any]:
+        single = np.dtype(np.float32)
+        small = all(array.dtype.kind == "f" and array.dtype.itemsize <= 4 for array in arrays)
+        return single if self._reals == (single,) or small else np.dtype(float)
+
+    def _checked_results(
+        self, results: Any, lead: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[NDArray[Any]], layout: str
+    ) -> None:
+        if not isinstance(results, tuple) or len(results) != len(self.results):
+            names = ", ".join(each.name for each in self.results)
+            raise TypeError(f"{self.__name__}: out must be a tuple of arrays for {names}")
+        for place, (each, out) in enumerate(zip(self.results, results, strict=True)):
+            label = "out" if len(results) == 1 else f"out for {each.name}"
+            if isinstance(out, np.ma.MaskedArray) or not isinstance(out, np.ndarray):
+                raise TypeError(f"{self.__name__}: {label} is a {type(out).__name__}, expected a plain NumPy array")
+            shape = self._full_shape(each, lead, layout)
+            if out.shape != shape:
+                given = ", ".join(f"{a.name} of shape {array.shape}" for a, array in zip(self.inputs, inputs))
+                raise ValueError(f"{self.__name__}: {label} has shape {out.shape}, expected {shape} for {given}")
+            if out.dtype != dtype:
+                raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
+            if not out.flags.writeable:
+                raise ValueError(f"{self.__name__}: {label} is read-only")
+            others = [
+                *zip((given.name for given in self.inputs), inputs),
+                *((e.name, r) for e, r in zip(self.results[:place], results)),
+            ]
+            for name, other in others:
+                if _overlap(other, out):
+                    raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
+
+
+def _workers(threads: int) -> int:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if operator.index(threads) < 0:
+        raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
+    return min(threads or cores, 4 * cores)
+
+
+def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
+    effort: Any = 10_000  # the exact answer can take for ever
+    try:
+        return bool(np.shares_memory(first, second, max_work=effort))
+    except RuntimeError:
+        return True
+
+
+def _blocks(arrays: Sequence[NDArray[Any]], lead: int, limit: int) -> Generator[tuple[int, list[NDArray[Any]]]]:
+    """Cut a batch along its `lead` leading axes into blocks of at most `limit` poses."""
+    first = arrays[0]
+    inner = math.prod(first.shape[1:lead])
+    if lead == 0:
+        yield lead, list(arrays)
+    elif inner > limit:
+        for parts in zip(*arrays, strict=True):
+            yield from _blocks(parts, lead - 1, limit)
+    else:
+        step = limit // inner
+        for start in range(0, len(first), step):
+            yield lead, [array[start : start + step] for array in arrays]
+
+
+def _spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
+    """Work through the blocks, without NumPy's warnings, the caller together with helpers from the pool."""
+    lock = threading.Lock()
+    pool = _pools.get("") or _pools.setdefault("", ThreadPoolExecutor(os.cpu_count(), "kinegen"))
+
+    def drain() -> None:
+        while True:
+            with lock:
+                block = next(blocks, None)
+            if block is None:
+                return
+            with np.errstate(all="ignore"):
+                work(*block)
+
+    helpers: list[Future[None]] = []
+    try:
+        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
+        drain()
+    finally:
+        with lock:
+            blocks.close()
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
