@@ -7,8 +7,10 @@ from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
+from kinegen.symbolic.orientation import FORMS, derive_orientation
 from kinegen.symbolic.pose import derive_pose
 from kinegen.symbolic.position import derive_position
+from kinegen.symbolic.se3 import derive_se3
 
 
 def derive(robot: Robot, quantity: Quantity) -> Expressions:
@@ -31,5 +33,9 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
             return derive_frames(robot)
         case Kind.POSITION:
             return derive_position(robot, quantity)
+        case Kind.INVERSE_POSE | Kind.TRANSFORM_POINT | Kind.ADJOINT:
+            return derive_se3(robot, quantity)
+        case kind if kind in FORMS:
+            return derive_orientation(robot, quantity)
         case _:
             raise KinegenError(f"'{quantity}' is not derived")
