@@ -1,0 +1,19 @@
+"""The independent numeric reference: chain products straight from the robot, in float64 and with 50 digits.
+
+In: a `Robot` and joint vectors. Out: the poses of its frames, their derivatives, and orientations in every form. Every
+kernel is held to this package, so it shares nothing with `symbolic/` and `ir/`.
+
+    numbers      float64 and mpmath
+    chain        each convention as the 4x4 matrix that its book prints, and their product
+    poses        the transforms of all frames
+    series       numbers that carry their derivatives
+    velocity     Jacobians, twists, accelerations, and derivatives by parameters
+    orientation  quaternions, angles and rotation vectors
+"""
+
+from kinegen.reference.numbers import DIGITS
+from kinegen.reference.orientation import Orientation, rotations
+from kinegen.reference.poses import frames, frames_mp, pose, pose_mp
+from kinegen.reference.velocity import Kinematics
+
+__all__ = ["DIGITS", "Kinematics", "Orientation", "frames", "frames_mp", "pose", "pose_mp", "rotations"]

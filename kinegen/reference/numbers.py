@@ -1,0 +1,74 @@
+"""The kinds of numbers that the reference works in: float64, and mpmath with 50 digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen.robot.expressions import Arithmetic
+
+FloatArray = NDArray[np.float64]
+Rows = tuple[tuple[Any, Any, Any, Any], ...]
+
+DIGITS = 50
+"""Decimal digits of the mpmath reference."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What the chain product needs to know about the numbers it works in."""
+
+    arithmetic: Arithmetic
+    sin: Callable[[Any], Any]
+    cos: Callable[[Any], Any]
+    matrix: Callable[[Rows], Any]
+    multiply: Callable[[Any, Any], Any]
+
+
+def _stack(rows: Rows, dtype: Any = np.float64) -> NDArray[Any]:
+    """Stack entries of shape (N,) or () to matrices (N, 4, 4) or (4, 4)."""
+    entries = np.broadcast_arrays(*(np.asarray(entry, dtype=dtype) for row in rows for entry in row))
+    return np.stack(entries, axis=-1).reshape(*entries[0].shape, 4, 4)
+
+
+FLOATS = Kind(
+    arithmetic=Arithmetic(number=float, pi=np.pi, functions={"sqrt": np.sqrt}),
+    sin=np.sin,
+    cos=np.cos,
+    matrix=_stack,
+    multiply=np.matmul,
+)
+"""Arrays of float64, one number for each joint vector."""
+
+
+def digits() -> Kind:
+    """The numbers of mpmath at the precision in force; pi is fixed here, so it must be called inside `workdps`."""
+    return Kind(
+        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={"sqrt": mpmath.sqrt}),
+        sin=mpmath.sin,
+        cos=mpmath.cos,
+        matrix=lambda rows: mpmath.matrix([list(row) for row in rows]),
+        multiply=lambda left, right: left * right,
+    )
+
+
+def digit_arrays() -> Kind:
+    """The same numbers in arrays of NumPy, one for each joint vector."""
+    sin, cos, sqrt = (np.frompyfunc(function, 1, 1) for function in (mpmath.sin, mpmath.cos, mpmath.sqrt))
+    return Kind(
+        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={"sqrt": sqrt}),
+        sin=sin,
+        cos=cos,
+        matrix=lambda rows: _stack(rows, object),
+        multiply=np.matmul,
+    )
+
+
+def _exact(value: Fraction) -> Any:
+    return mpmath.mpf(value.numerator) / value.denominator

@@ -1,0 +1,79 @@
+"""The poses of frames, in float64 for a batch of joint vectors and with 50 digits for one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import mpmath
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinegen.reference.chain import chain, values_of
+from kinegen.reference.numbers import DIGITS, FLOATS, FloatArray, digits
+from kinegen.robot.model import Robot
+
+
+def frames(robot: Robot, q: ArrayLike, params: Mapping[str, float] | None = None) -> dict[str, FloatArray]:
+    """Poses of all frames for a batch of joint vectors, in float64.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (N, dof), or (dof,) for one; radians and the file's length unit.
+        params: Values of parameters that differ from the file, in radians and the file's length unit.
+
+    Returns:
+        `base_T_frame` of shape (N, 4, 4) by frame name: the base, every row, the wrist and the tool of a chain, and
+        every named frame.
+    """
+    batch = np.atleast_2d(np.asarray(q, dtype=np.float64))
+    values = values_of(robot, list(batch.T), params, FLOATS)
+    found = chain(robot, values, FLOATS)
+    return {name: np.broadcast_to(matrix, (len(batch), 4, 4)) for name, matrix in found.items()}
+
+
+def pose(robot: Robot, q: ArrayLike, params: Mapping[str, float] | None = None) -> FloatArray:
+    """Poses of the tips for a batch of joint vectors, in float64.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (N, dof), or (dof,) for one; radians and the file's length unit.
+        params: Values of parameters that differ from the file.
+
+    Returns:
+        `base_T_tip` of shape (N, tips, 4, 4), tips in the order of `robot.tips`.
+    """
+    found = frames(robot, q, params)
+    return np.stack([found[tip] for tip in robot.tips], axis=1)
+
+
+def frames_mp(robot: Robot, q: Iterable[Any], params: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Poses of all frames for one joint vector, with `DIGITS` digits.
+
+    Args:
+        robot: The robot.
+        q: One joint vector, `dof` numbers; floats are taken as the exact binary numbers they are.
+        params: Values of parameters that differ from the file.
+
+    Returns:
+        `base_T_frame` as 4x4 mpmath matrix by frame name, the same frames as `frames`.
+    """
+    with mpmath.workdps(DIGITS):
+        kind = digits()
+        exact = {name: mpmath.mpf(value) for name, value in (params or {}).items()}
+        return chain(robot, values_of(robot, [mpmath.mpf(entry) for entry in q], exact, kind), kind)
+
+
+def pose_mp(robot: Robot, q: Iterable[Any], params: Mapping[str, Any] | None = None) -> tuple[Any, ...]:
+    """Poses of the tips for one joint vector, with `DIGITS` digits.
+
+    Args:
+        robot: The robot.
+        q: One joint vector, `dof` numbers; floats are taken as the exact binary numbers they are.
+        params: Values of parameters that differ from the file.
+
+    Returns:
+        One 4x4 mpmath matrix `base_T_tip` for each of `robot.tips`.
+    """
+    found = frames_mp(robot, q, params)
+    return tuple(found[tip] for tip in robot.tips)

@@ -1,0 +1,160 @@
+"""Derivatives of whatever the reference computes: Taylor series in several variables, cut off after the second order.
+
+In: any kind of numbers. Out: a kind whose numbers are series over these. A chain product in series is the chain product
+and its derivatives, exact but for the rounding of the numbers themselves; there is no step to choose, and no formula
+for the derivative of a kinematic chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from kinegen.reference.numbers import Kind, Rows
+from kinegen.robot.expressions import Arithmetic
+
+Monomial = tuple[int, ...]
+"""The variables of a product, ascending: () is 1, (0, 2) is x0 x2, (1, 1) is x1 squared."""
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """A sum of coefficients times monomials in small variables.
+
+    Attributes:
+        parts: The coefficients: numbers, arrays or matrices. What is missing is zero.
+        order: Degree of the monomials that are kept.
+    """
+
+    parts: Mapping[Monomial, Any]
+    order: int
+
+    __array_ufunc__ = None  # an array does not take a series for one of its entries
+
+    def derivative(self, variable: int) -> Series:
+        """The derivative with respect to one variable, with one order less."""
+        parts = {}
+        for monomial, part in self.parts.items():
+            if variable in monomial:
+                rest = list(monomial)
+                rest.remove(variable)
+                parts[tuple(rest)] = monomial.count(variable) * part
+        return Series(parts, self.order - 1)
+
+    def map(self, function: Callable[[Any], Any]) -> Series:
+        """The same linear function of every coefficient."""
+        return Series({monomial: function(part) for monomial, part in self.parts.items()}, self.order)
+
+    def __neg__(self) -> Series:
+        return self.map(lambda part: -part)
+
+    def __add__(self, other: Any) -> Series:
+        parts = dict(self.parts)
+        for monomial, part in _parts(other):
+            parts[monomial] = parts[monomial] + part if monomial in parts else part
+        return Series(parts, _order(self, other))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Series:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Series:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Series:
+        return product(self, other, lambda left, right: left * right)
+
+    __rmul__ = __mul__
+
+    def __rtruediv__(self, other: Any) -> Series:
+        inverse = 1 / self.parts[()]
+        reciprocal: Series = _compose(self, (inverse, -(inverse**2), 2 * inverse**3))
+        return reciprocal.__mul__(other)
+
+    def __pow__(self, exponent: int) -> Series:
+        return self if exponent == 1 else self * self.__pow__(exponent - 1)
+
+
+def product(left: Any, right: Any, times: Callable[[Any, Any], Any]) -> Series:
+    """The product of two series, or of a series and a number, of at most the order that both have.
+
+    Args:
+        left: One of them.
+        right: The other one.
+        times: Multiplies two coefficients.
+    """
+    order = _order(left, right)
+    parts: dict[Monomial, Any] = {}
+    for one, a in _parts(left):
+        for other, b in _parts(right):
+            if len(one) + len(other) <= order:
+                monomial = tuple(sorted(one + other))
+                found = times(a, b)
+                parts[monomial] = parts[monomial] + found if monomial in parts else found
+    return Series(parts, order)
+
+
+def in_series(kind: Kind, order: int) -> Kind:
+    """The kind of numbers whose coefficients are of another kind.
+
+    Args:
+        kind: The coefficients.
+        order: 1 or 2.
+    """
+    sqrt, two = kind.arithmetic.functions["sqrt"], kind.arithmetic.number(Fraction(2))
+
+    def sine(angle: Any) -> Any:
+        s, c = kind.sin(constant(angle)), kind.cos(constant(angle))
+        return _compose(angle, (s, c, -s))
+
+    def cosine(angle: Any) -> Any:
+        s, c = kind.sin(constant(angle)), kind.cos(constant(angle))
+        return _compose(angle, (c, -s, -c))
+
+    def root(value: Any) -> Any:
+        found = sqrt(constant(value))
+        return _compose(value, (found, 1 / (two * found), -1 / (two * two * found * constant(value))))
+
+    def matrix(rows: Rows) -> Series:
+        filled = [[dict(_parts(entry)) for entry in row] for row in rows]
+        monomials = sorted({monomial for row in filled for entry in row for monomial in entry})
+        parts = {
+            key: kind.matrix(
+                tuple((a.get(key, 0), b.get(key, 0), c.get(key, 0), d.get(key, 0)) for a, b, c, d in filled)
+            )
+            for key in monomials
+        }
+        return Series(parts, order)
+
+    return Kind(
+        arithmetic=Arithmetic(number=kind.arithmetic.number, pi=kind.arithmetic.pi, functions={"sqrt": root}),
+        sin=sine,
+        cos=cosine,
+        matrix=matrix,
+        multiply=lambda left, right: product(left, right, kind.multiply),
+    )
+
+
+def constant(value: Any) -> Any:
+    """What is left where all variables are zero."""
+    return value.parts.get((), 0) if isinstance(value, Series) else value
+
+
+def _compose(value: Any, derivatives: tuple[Any, Any, Any]) -> Any:
+    """A function of a series, from its value and derivatives at the constant part."""
+    if not isinstance(value, Series):
+        return derivatives[0]
+    small = Series({monomial: part for monomial, part in value.parts.items() if monomial}, value.order)
+    return derivatives[0] + small * derivatives[1] + small * small * (derivatives[2] / 2)
+
+
+def _parts(value: Any) -> Iterator[tuple[Monomial, Any]]:
+    return iter(value.parts.items() if isinstance(value, Series) else (((), value),))
+
+
+def _order(*values: Any) -> int:
+    """The lowest order of series among numbers."""
+    return min(value.order for value in values if isinstance(value, Series))

@@ -1,0 +1,164 @@
+"""Velocities and their derivatives: how frames move when joints or parameters do, by the definitions themselves.
+
+The chain product is evaluated in series, and velocities are read off the products dT/dx T^-1 and T^-1 dT/dx of a pose T
+and its derivative. Rows of all results are linear, then angular. `Reference` says what moves and in which axes: the
+origin of the frame, in the axes of the base (`LOCAL_WORLD_ALIGNED`) or of the frame (`LOCAL`), or the point of the
+moving body at the base's origin, in the axes of the base (`WORLD`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import mpmath
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinegen.outputs import Reference
+from kinegen.reference.chain import chain, values_of
+from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
+from kinegen.reference.series import Monomial, Series, in_series, product
+from kinegen.robot.expressions import evaluate
+from kinegen.robot.model import Robot
+
+Numbers = NDArray[Any]
+
+TIP = Reference.LOCAL_WORLD_ALIGNED
+
+
+class Kinematics:
+    """A robot at some configurations: poses, velocities, accelerations and derivatives of all its frames.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (N, dof); radians and the file's length unit.
+        params: Values of parameters that differ from the file.
+        exact: Whether to compute with `DIGITS` digits. Floats are then taken as the exact binary numbers they are, and
+            all results are arrays of mpmath numbers.
+    """
+
+    def __init__(
+        self, robot: Robot, q: ArrayLike, params: Mapping[str, Any] | None = None, *, exact: bool = False
+    ) -> None:
+        self.robot = robot
+        self.exact = exact
+        self._params = params or {}
+        self._q = self._rows(q)
+        self._known: dict[Any, dict[str, Series]] = {}
+
+    def pose(self, frame: str) -> Numbers:
+        """Pose `base_T_frame`, shape (N, 4, 4)."""
+        return self._part(self._by_joints(1)[frame], ())
+
+    def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
+        """Geometric Jacobian, shape (N, 6, dof): velocities of the frame at unit rates of the joints."""
+        return self._columns(self._by_joints(1)[frame], self.robot.dof, reference)
+
+    def hessian(self, frame: str, reference: Reference = TIP) -> Numbers:
+        """Derivative of the Jacobian, shape (N, dof, 6, dof): [:, k, :, j] is column j differentiated by joint k."""
+        joints = range(self.robot.dof)
+        place = self._by_joints(2)[frame]
+        with mpmath.workdps(DIGITS):
+            columns = [self._velocity(place, joint, reference) for joint in joints]
+            blocks = [self._joined([self._read(column, (other,)) for column in columns]) for other in joints]
+        return np.stack(blocks, axis=1) if blocks else np.zeros((len(self._q), 0, 6, 0))
+
+    def twist(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
+        """Velocity, shape (N, 6), at joint rates (N, dof)."""
+        with mpmath.workdps(DIGITS):
+            return self._read(self._velocity(self._in_time(qd, 0 * self._rows(qd))[frame], 0, reference), ())
+
+    def acceleration(self, frame: str, qd: ArrayLike, qdd: ArrayLike, reference: Reference = TIP) -> Numbers:
+        """Time derivative of the twist, shape (N, 6), at joint rates and accelerations (N, dof) each."""
+        with mpmath.workdps(DIGITS):
+            return self._read(self._velocity(self._in_time(qd, qdd)[frame], 0, reference), (0,))
+
+    def bias_acceleration(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
+        """The same without accelerations of the joints, which is the derivative of the Jacobian times the rates."""
+        return self.acceleration(frame, qd, 0 * self._rows(qd), reference)
+
+    def parameter_jacobian(self, frame: str, names: Iterable[str], reference: Reference = TIP) -> Numbers:
+        """Velocities of the frame at unit rates of parameters, shape (N, 6, number of names)."""
+        wanted = tuple(names)
+        return self._columns(self._by_parameters(wanted)[frame], len(wanted), reference)
+
+    def _rows(self, values: ArrayLike) -> Numbers:
+        """Joint vectors in the numbers of this object."""
+        if not self.exact:
+            return np.atleast_2d(np.asarray(values, dtype=np.float64))
+        with mpmath.workdps(DIGITS):
+            return np.atleast_2d(np.frompyfunc(mpmath.mpf, 1, 1)(np.asarray(values, dtype=object)))
+
+    def _kind(self) -> Kind:
+        return digit_arrays() if self.exact else FLOATS
+
+    def _by_joints(self, order: int) -> dict[str, Series]:
+        """All poses in small changes of the joints; a second order serves for the first one."""
+        if (order,) not in self._known:
+            q = [Series({(): entry, (joint,): 1}, order) for joint, entry in enumerate(self._q.T)]
+            self._known[(order,)] = self._chain(q, {}, order)
+        return self._known[(order,)]
+
+    def _in_time(self, qd: ArrayLike, qdd: ArrayLike) -> dict[str, Series]:
+        """All poses in a small time, with q(t) = q + t qd + t^2/2 qdd."""
+        motions = zip(self._q.T, self._rows(qd).T, self._rows(qdd).T, strict=True)
+        return self._chain([Series({(): at, (0,): rate, (0, 0): more / 2}, 2) for at, rate, more in motions], {}, 2)
+
+    def _by_parameters(self, names: tuple[str, ...]) -> dict[str, Series]:
+        """All poses in small changes of parameters."""
+        found = {entry.name: evaluate(entry.value, {}, self._kind().arithmetic) for entry in self.robot.parameters}
+        found |= self._params
+        return self._chain(
+            list(self._q.T), {name: Series({(): found[name], (at,): 1}, 1) for at, name in enumerate(names)}, 1
+        )
+
+    def _chain(self, q: list[Any], params: Mapping[str, Any], order: int) -> dict[str, Series]:
+        with mpmath.workdps(DIGITS):
+            kind = in_series(self._kind(), order)
+            return chain(self.robot, values_of(self.robot, q, {**self._params, **params}, kind), kind)
+
+    def _part(self, place: Series, monomial: Monomial) -> Numbers:
+        """One coefficient, for every configuration."""
+        found = place.parts.get(monomial)
+        shape = (len(self._q), 4, 4)
+        return np.zeros(shape) if found is None else np.broadcast_to(found, shape)
+
+    def _columns(self, place: Series, count: int, reference: Reference) -> Numbers:
+        """The velocities when each of the variables grows at unit rate, side by side."""
+        with mpmath.workdps(DIGITS):
+            return self._joined([self._read(self._velocity(place, column, reference), ()) for column in range(count)])
+
+    def _velocity(self, place: Series, variable: int, reference: Reference) -> tuple[Series, Series]:
+        """Matrices whose last column is the velocity of the point, and whose rotation part is the angular velocity."""
+        moving, inverse = place.derivative(variable), _inverse(place)
+        factors = (inverse, moving) if reference is Reference.LOCAL else (moving, inverse)
+        turning = product(*factors, np.matmul)
+        return moving if reference is TIP else turning, turning
+
+    def _read(self, velocity: tuple[Series, Series], monomial: Monomial) -> Numbers:
+        """A velocity, or with a monomial of one variable its derivative, shape (N, 6)."""
+        point, turning = (self._part(series, monomial) for series in velocity)
+        angular = ((turning[:, i, j] - turning[:, j, i]) / 2 for i, j in ((2, 1), (0, 2), (1, 0)))
+        return np.stack([*(point[:, row, 3] for row in range(3)), *angular], axis=1)
+
+    def _joined(self, columns: list[Numbers]) -> Numbers:
+        return np.stack(columns, axis=-1) if columns else np.zeros((len(self._q), 6, 0))
+
+
+def _inverse(place: Series) -> Series:
+    """The inverse of a rigid displacement: the transposed rotation after the opposite shift."""
+
+    def turned(part: Numbers) -> Numbers:
+        found = np.zeros_like(part)
+        found[..., :3, :3] = part[..., :3, :3].swapaxes(-1, -2)
+        found[..., 3, 3] = part[..., 3, 3]
+        return found
+
+    def shifted(part: Numbers) -> Numbers:
+        found = np.zeros_like(part)
+        found[..., :3, 3] = -part[..., :3, 3]
+        return found
+
+    identity = Series({(): np.eye(4)}, place.order)
+    return product(place.map(turned), place.map(shifted) + identity, np.matmul)
