@@ -79,7 +79,7 @@ def result_text(array: Array) -> str:
     if array.is_pose:
         return "4x4 matrix, row by row"
     shape = array.shape[1:] if array.per_frame else array.shape
-    if array.name.startswith("base_p_"):
+    if array.name.startswith("base_p_") or array.name in ("a_p", "b_p"):
         return "x, y, z"
     if len(shape) == 1:
         return f"{shape[0]} numbers"
