@@ -1,0 +1,152 @@
+"""How the ends of chains move with every symbol, and where they are, in one set of shared intermediate values.
+
+In: chains of elementary transforms and symbols, be they joint variables or parameters. Out: one velocity for each chain
+and symbol, and the poses where they are asked for. A few plans are evaluated and counted, the cheapest is kept: what
+the rotation is made of decides what the velocities can share with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from kinegen.outputs import Reference
+from kinegen.symbolic.columns import Motion, angular, linear, moment, movers
+from kinegen.symbolic.expressions import Definition, cost
+from kinegen.symbolic.fold import UPRIGHT, Vector, fold
+from kinegen.symbolic.ledger import Ledger
+from kinegen.symbolic.marks import mark, rates_by, reverse
+from kinegen.symbolic.pose import UNITS, Plan, evaluate, pose_entries
+from kinegen.symbolic.route import Route, scaled
+from kinegen.symbolic.transforms import Elementary
+
+Chain = tuple[Elementary, ...]
+"""Elementary transforms from the base to a frame, left to right."""
+
+_CARRIED = ((0, 1, 2), (0, 1), (0, 2), (1, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Derivative:
+    """Poses of some chains and their derivatives.
+
+    Attributes:
+        definitions: Intermediate values.
+        poses: Twelve entries for each chain, the upper three rows of its matrix; none where they are not asked for.
+        motions: For each chain one velocity for each symbol.
+    """
+
+    definitions: tuple[Definition, ...]
+    poses: tuple[tuple[sp.Expr, ...], ...]
+    motions: tuple[tuple[Motion, ...], ...]
+
+    @property
+    def entries(self) -> tuple[sp.Expr, ...]:
+        """The poses, then for each chain a matrix of six rows with a column for each symbol, row by row."""
+        jacobians = [motion for motions in self.motions for motion in zip(*(m.entries for m in motions), strict=True)]
+        return (*(entry for pose in self.poses for entry in pose), *(entry for row in jacobians for entry in row))
+
+
+def derivative(
+    chains: Sequence[Chain],
+    symbols: Sequence[sp.Symbol],
+    reference: Reference = Reference.LOCAL_WORLD_ALIGNED,
+    with_poses: bool = False,
+) -> Derivative:
+    """Derive chains by symbols.
+
+    Args:
+        chains: The chains; intermediate values are shared between them.
+        symbols: Joint variables or parameters; a chain need not depend on all of them.
+        reference: The axes and the point of the velocities.
+        with_poses: Whether the poses are wanted too.
+
+    Returns:
+        For each chain and symbol x, as vectors v and w for a column: with T the pose of the chain, the derivative of T
+        by x has the skew-symmetric matrix of w times R as its rotation. In `local_world_aligned` v is the derivative
+        of the position; in `world` v is that minus w x position; `local` has the same v and w as
+        `local_world_aligned` in the axes of the chain's end.
+    """
+    plans: tuple[tuple[int, ...] | None, ...] = (None, *_CARRIED) if with_poses else (None, ())
+    found = [_Attempt(Ledger(), tuple(symbols), reference, plan, with_poses).derive(chains) for plan in plans]
+    return min(found, key=lambda each: cost(each.definitions, each.entries))
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt:
+    """One plan.
+
+    Attributes:
+        ledger: Knows what is computed already.
+        symbols: The symbols.
+        reference: The axes and the point.
+        carried: Axes whose columns are turned from joint to joint for the rotation of the pose; None to build the
+            rotation from the reference outwards, which gives the axes of all joints; empty for no rotation.
+        with_poses: Whether the poses are results.
+    """
+
+    ledger: Ledger
+    symbols: tuple[sp.Symbol, ...]
+    reference: Reference
+    carried: tuple[int, ...] | None
+    with_poses: bool
+
+    def derive(self, chains: Sequence[Chain]) -> Derivative:
+        """Evaluate all chains."""
+        derived = [self._chain(chain) for chain in chains]
+        result = Derivative(
+            definitions=(),
+            poses=tuple(pose for pose, _ in derived if pose),
+            motions=tuple(motions for _, motions in derived),
+        )
+        return Derivative(self.ledger.live(result.entries), result.poses, result.motions)
+
+    def _chain(self, steps: Chain) -> tuple[tuple[sp.Expr, ...], tuple[Motion, ...]]:
+        rates = rates_by(steps, self.symbols)
+        route = Route(mark(steps, rates), self.ledger)
+        seen = route
+        if self.reference is Reference.LOCAL:
+            seen = Route(mark(*reverse(steps, rates)), self.ledger)
+        rotation = self._rotation(steps, seen)
+        end = self.ledger.cheapest(route.positions())
+        pose: tuple[sp.Expr, ...] = ()
+        if self.with_poses:
+            self.ledger.buy(end)
+            pose = tuple(pose_entries(rotation, end, UPRIGHT))
+        return pose, self._motions(seen, end)
+
+    def _motions(self, route: Route, end: Vector) -> tuple[Motion, ...]:
+        moving = [movers(route, index) for index in range(len(self.symbols))]
+        # From the tip to the base: the long ways there leave most for the others to share.
+        order = sorted(range(len(moving)), key=lambda index: [mover.place for mover in moving[index]], reverse=True)
+        turning = {index: angular(route, moving[index]) for index in order}
+        aligned = self.reference is Reference.LOCAL_WORLD_ALIGNED
+        shifting = {
+            index: linear(route, moving[index], turning[index], end)
+            if aligned
+            else moment(route, moving[index], turning[index])
+            for index in order
+        }
+        sign = -sp.S.One if self.reference is Reference.LOCAL else sp.S.One
+        return tuple(
+            Motion(scaled(sign, shifting[index]), scaled(sign, turning[index])) for index in range(len(moving))
+        )
+
+    def _rotation(self, steps: Chain, seen: Route) -> tuple[Vector, Vector, Vector]:
+        """The columns of the rotation of the pose, as the plan builds them."""
+        columns, attitude = UNITS, UPRIGHT
+        if self.carried is None:
+            outwards = [self.ledger.buy(seen.column(len(seen.marked.turns), axis)) for axis in range(3)]
+            columns, attitude = (outwards[0], outwards[1], outwards[2]), seen.marked.attitude
+        elif self.carried:
+            folded = fold(steps)
+            columns, _ = evaluate(folded, Plan(self.carried), self.ledger.tape)
+            attitude = folded.attitude
+            for column in columns:
+                self.ledger.buy(column)
+        x, y, z = (scaled(sp.Integer(sign), columns[axis]) for axis, sign in attitude)
+        if self.carried is None and self.reference is Reference.LOCAL:
+            return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+        return x, y, z

@@ -1,0 +1,61 @@
+"""What the values computed so far cost, so that the cheapest of several ways to compute the next can be chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from kinegen.symbolic.expressions import Definition, Tape, cost
+from kinegen.symbolic.fold import Vector
+
+
+@dataclass(slots=True)
+class Ledger:
+    """A tape, and which of its definitions are paid for because a result needs them.
+
+    Attributes:
+        tape: Receives the intermediate values of every way that is tried, also of those that are not taken.
+    """
+
+    tape: Tape = field(default_factory=Tape)
+    _read: int = 0
+    _prices: dict[sp.Symbol, int] = field(default_factory=dict)
+    _needs: dict[sp.Symbol, tuple[sp.Symbol, ...]] = field(default_factory=dict)
+    _bought: set[sp.Symbol] = field(default_factory=set)
+
+    def price(self, expressions: Iterable[sp.Expr]) -> int:
+        """Multiplications and additions that the expressions cost beyond what is paid for."""
+        expressions = tuple(expressions)
+        return cost((), expressions) + sum(self._prices[symbol] for symbol in self._missing(expressions))
+
+    def buy(self, vector: Vector) -> Vector:
+        """Pay for a vector that is needed."""
+        self._bought.update(self._missing(vector))
+        return vector
+
+    def cheapest(self, ways: Iterable[Vector]) -> Vector:
+        """The cheapest of several ways to compute the same; the first of equals."""
+        return min(ways, key=self.price)
+
+    def live(self, entries: Iterable[sp.Expr]) -> tuple[Definition, ...]:
+        """The definitions that some entries need, in order."""
+        self._bought.clear()
+        needed = set(self._missing(tuple(entries)))
+        return tuple(definition for definition in self.tape.definitions if definition[0] in needed)
+
+    def _missing(self, expressions: tuple[sp.Expr, ...]) -> Iterator[sp.Symbol]:
+        """The definitions that the expressions need and nobody has paid for, each once."""
+        for symbol, expression in self.tape.definitions[self._read :]:
+            self._prices[symbol] = cost((), (expression,))
+            self._needs[symbol] = tuple(found for found in expression.free_symbols if found in self._prices)
+        self._read = len(self.tape.definitions)
+        pending = [symbol for expression in expressions for symbol in expression.free_symbols]
+        seen: set[sp.Symbol] = set()
+        while pending:
+            symbol = pending.pop()
+            if symbol in self._prices and symbol not in seen and symbol not in self._bought:
+                seen.add(symbol)
+                yield symbol
+                pending += self._needs[symbol]
