@@ -34,6 +34,7 @@ from kinegen.native.compile import Extension
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
 from kinegen.outputs import USUAL, Quantity
+from kinegen.robot.calibrated import calibrated
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -56,6 +57,8 @@ class BuildOptions:
         output: Folder in which the package folder of each robot lies.
         reals: Number types.
         quantities: Kinematic quantities.
+        wrt: Parameters and entries of the table that stay arguments of the kernels, and by which `parameter_jacobian`
+            is taken (see `calibrated`).
         integers: Whether to write the kernels without floating point too.
         compile: Whether to build the compiled extension.
         flags: How to compile it.
@@ -66,6 +69,7 @@ class BuildOptions:
     output: Path = Path("generated")
     reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
     quantities: tuple[Quantity, ...] = USUAL
+    wrt: tuple[str, ...] = ()
     integers: bool = False
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
@@ -156,7 +160,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     """
     clock = _Clock(report)
     with clock.stage("load") as detail:
-        robot = load(path)
+        robot = _load(path, options)
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     with clock.stage("derive") as detail:
         expressions = [derive(robot, quantity) for quantity in options.quantities]
@@ -216,6 +220,15 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
     """
     robot = load(path)
     return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), runtime_defaults(robot))
+
+
+def _load(path: Path, options: BuildOptions) -> Robot:
+    """The robot, with the parameters that are asked for; a refusal names the file as the user did."""
+    robot = load(path)
+    try:
+        return calibrated(robot, options.wrt) if options.wrt else robot
+    except KinegenError as error:
+        raise KinegenError(error.message, str(path), error.line) from error
 
 
 def _project(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> dict[str, str]:

@@ -32,6 +32,11 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     return tuple(sorted(found, key=lambda quantity: (places[quantity.kind], str(quantity))))
 
 
+def names_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[str, ...]:
+    """The words of a list, each once."""
+    return tuple(dict.fromkeys(word.strip() for word in text.split(","))) if text else ()
+
+
 @click.command("build", short_help="Writes the kernels, compiles and proves them.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
@@ -56,6 +61,14 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
     help="What is computed: pose of the tips, frames of all links, position of the tips.",
 )
 @click.option(
+    "--wrt",
+    metavar="LIST",
+    default="",
+    callback=names_of,
+    help="Parameters by which parameter_jacobian is taken, such as a2,d3, and entries of the table, such as a_elbow; "
+    "dh is all entries. They become arguments of the kernels.",
+)
+@click.option(
     "--package",
     type=click.Choice([each.value for each in Ecosystem]),
     help="Write C as such a project takes it, in place of a Python package. Unless -o and --real say otherwise, "
@@ -78,6 +91,7 @@ def command(
     output: Path | None,
     real: str | None,
     outputs: tuple[Quantity, ...],
+    wrt: tuple[str, ...],
     package: str | None,
     no_compile: bool,
     march: str | None,
@@ -107,6 +121,7 @@ def command(
         output=output or Path(ecosystem.folder if ecosystem else "generated"),
         reals=tuple(Real(name) for name in (REALS | INTEGERS)[real]) if real else usual,
         quantities=outputs,
+        wrt=wrt,
         integers=real in INTEGERS,
         package=ecosystem,
         compile=not no_compile,
