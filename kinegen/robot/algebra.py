@@ -68,7 +68,15 @@ class Call:
     argument: Expression
 
 
-Expression = Number | Pi | Name | Sum | Product | Power | Call
+@dataclass(frozen=True, slots=True)
+class Atan2:
+    """The angle of the point (x, y), in (-pi, pi]."""
+
+    y: Expression
+    x: Expression
+
+
+Expression = Number | Pi | Name | Sum | Product | Power | Call | Atan2
 
 ZERO = Number(Fraction(0))
 ONE = Number(Fraction(1))
@@ -158,6 +166,9 @@ def _gather(expression: Expression, found: dict[str, None]) -> None:
                 _gather(part, found)
         case Power(inner, _) | Call(_, inner):
             _gather(inner, found)
+        case Atan2(y, x):
+            _gather(y, found)
+            _gather(x, found)
         case _:
             pass
 
@@ -171,6 +182,8 @@ def largest_number(expression: Expression) -> int:
             return max(largest_number(part) for part in parts)
         case Power(inner, _) | Call(_, inner):
             return largest_number(inner)
+        case Atan2(y, x):
+            return max(largest_number(y), largest_number(x))
         case _:
             return 1
 
@@ -182,6 +195,8 @@ def size(expression: Expression) -> int:
             return 1 + sum(size(part) for part in parts)
         case Power(inner, _) | Call(_, inner):
             return 1 + size(inner)
+        case Atan2(y, x):
+            return 1 + size(y) + size(x)
         case _:
             return 1
 
@@ -193,6 +208,8 @@ def depth(expression: Expression) -> int:
             return 1 + max(depth(part) for part in parts)
         case Power(inner, _) | Call(_, inner):
             return 1 + depth(inner)
+        case Atan2(y, x):
+            return 1 + max(depth(y), depth(x))
         case _:
             return 1
 
@@ -212,6 +229,8 @@ def substitute(expression: Expression, values: Mapping[str, Expression], pi: Exp
             return power(substitute(base, values, pi), exponent)
         case Call(function, argument):
             return Call(function, substitute(argument, values, pi))
+        case Atan2(y, x):
+            return Atan2(substitute(y, values, pi), substitute(x, values, pi))
         case _:
             return expression
 

@@ -84,18 +84,24 @@ class Converter:
         if row.limits is None:
             return None
         with within(row.where, row.line):
-            low, high = (self._closed(slot) for slot in row.limits)
-            with within("limits", row.limits[0].line):
-                if is_zero(checked_value(low, {}) - checked_value(high, {})):
-                    fail("the two are equal; a joint that cannot move is a fixed row")
-                if checked_value(low, {}) > checked_value(high, {}):
-                    fail("they stand the wrong way round; the lower one comes first")
+            return self.bounds(row.limits, "a joint that cannot move is a fixed row")
+
+    def bounds(self, limits: tuple[Slot, Slot], remedy: str) -> tuple[Expression, Expression]:
+        """Convert limits, which are constant; `remedy` says what to do where nothing lies between them."""
+        low, high = (self.closed(slot) for slot in limits)
+        with within("limits", limits[0].line):
+            if is_zero(checked_value(low, {}) - checked_value(high, {})):
+                fail(f"the two are equal; {remedy}")
+            if checked_value(low, {}) > checked_value(high, {}):
+                fail("they stand the wrong way round; the lower one comes first")
         return low, high
 
-    def _closed(self, slot: Slot) -> Expression:
+    def closed(self, slot: Slot) -> Expression:
+        """Convert a slot that is constant, and put the parameters in."""
         for name in slot.words:
             if self.parameters[name].runtime:
-                fail(f"limits: '{name}' is set at run time, but limits are constant", slot.line)
+                are = "are" if slot.label == "limits" else "is"
+                fail(f"{slot.label}: '{name}' is set at run time, but {slot.label} {are} constant", slot.line)
         return substitute(self.slot(slot), {name: self.parameters[name].value for name in slot.words})
 
     def frame(self, raw: RawFrame) -> Frame:

@@ -8,6 +8,7 @@ import json
 from enum import Enum
 from fractions import Fraction
 
+from kinegen.robot.actuators import NO_ACTUATORS
 from kinegen.robot.model import Robot
 
 _LEFT_OUT = frozenset({"line", "source", "digest", "made_of", "chosen"})
@@ -23,8 +24,9 @@ def digest(robot: Robot) -> str:
 def _plain(value: object) -> object:
     """Records become lists that begin with their type, so that no two of them look alike."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = [field.name for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
-        return [type(value).__name__, *(_plain(getattr(value, name)) for name in fields)]
+        fields = [getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
+        # A robot without actuators keeps the hash that it had before there were any.
+        return [type(value).__name__, *(_plain(field) for field in fields if field is not NO_ACTUATORS)]
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if isinstance(value, Enum):

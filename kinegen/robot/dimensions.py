@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from kinegen.robot.expressions import PI, Expression, Name, Power, Product, Sum, linear, names
+from kinegen.robot.expressions import PI, Atan2, Call, Expression, Name, Power, Product, Sum, linear, names
 from kinegen.robot.fields import fail, within
 from kinegen.robot.model import Dimension
 from kinegen.robot.parameters import RawParameter
@@ -16,7 +16,10 @@ from kinegen.robot.slots import OWN, Slot
 
 
 def find_dimensions(
-    parameters: tuple[RawParameter, ...], slots: Iterable[tuple[str, Slot]], joints: frozenset[str]
+    parameters: tuple[RawParameter, ...],
+    slots: Iterable[tuple[str, Slot]],
+    joints: frozenset[str],
+    formulas: Iterable[tuple[str, Slot]] = (),
 ) -> dict[str, Dimension]:
     """Find the dimension of every parameter.
 
@@ -24,6 +27,7 @@ def find_dimensions(
         parameters: In the order of the file; a value names earlier ones only.
         slots: Every slot of rows and frames, with the name of its row or frame.
         joints: The names of the joint variables.
+        formulas: Every slot of the actuators, in which joints and readings may stand in any way.
 
     Raises:
         RobotFileError: If a parameter is unused, or its uses contradict each other or what is declared.
@@ -37,6 +41,9 @@ def find_dimensions(
             for factor in factors.values():
                 uses.note_all(factor, Dimension.NUMBER, slot.line)
             uses.visit(offset, slot.dimension, slot.line)
+    for _, slot in formulas:
+        used.update(slot.words)
+        uses.visit_formula(slot.expression, slot.dimension, slot.line)
     uses.settle()
     # From the last to the first, since a value names earlier parameters only.
     found: dict[str, Dimension] = {}
@@ -97,6 +104,41 @@ class _Uses:
             self.visit(candidates[0], dimension, line)
         elif candidates:
             self._open.append((candidates, dimension, line))
+
+    def visit_formula(self, expression: Expression, dimension: Dimension, line: int) -> None:
+        """An expression in which names of other things than parameters, and functions of angles, may stand."""
+        number = Dimension.NUMBER
+        match expression:
+            case Sum(parts):
+                for part in parts:
+                    self.visit_formula(part, dimension, line)
+            case Product(parts) if moving := [part for part in parts if self._is_moving(part)]:
+                for part in parts:
+                    self.visit_formula(part, dimension if moving == [part] else number, line)
+            case Call(function, argument) if function != "sqrt":
+                self.visit_formula(argument, Dimension.ANGLE if function in ("sin", "cos") else number, line)
+            case Atan2(y, x):
+                self.visit_formula(y, number, line)
+                self.visit_formula(x, number, line)
+            case Power(inner, _) | Call(_, inner) if self._is_moving(inner):
+                self.visit_formula(inner, dimension if dimension is Dimension.LENGTH else number, line)
+            case Name(name) if name not in self._declared:
+                pass
+            case _:
+                self.visit(expression, dimension, line)
+
+    def _is_moving(self, expression: Expression) -> bool:
+        """Whether something other than parameters, numbers and roots stands in an expression."""
+        match expression:
+            case Name(name):
+                return name not in self._declared
+            case Sum(parts) | Product(parts):
+                return any(self._is_moving(part) for part in parts)
+            case Power(inner, _) | Call("sqrt", inner):
+                return self._is_moving(inner)
+            case Call() | Atan2():
+                return True
+        return False
 
     def settle(self) -> None:
         """Decide which factor of each product of several names has the dimension of the slot."""

@@ -19,6 +19,7 @@ from kinegen.robot.algebra import (
     ONE,
     PI,
     ZERO,
+    Atan2,
     Call,
     Expression,
     ExpressionError,
@@ -42,12 +43,14 @@ from kinegen.robot.algebra import (
 )
 
 __all__ = [
+    "ACTUATOR_FUNCTIONS",
     "FUNCTIONS",
     "MAX_EXPONENT",
     "ONE",
     "PI",
     "ZERO",
     "Arithmetic",
+    "Atan2",
     "Call",
     "Expression",
     "ExpressionError",
@@ -77,6 +80,11 @@ __all__ = [
 FUNCTIONS = ("sqrt",)
 """The functions of the language; `pi` is its only other word."""
 
+ACTUATOR_FUNCTIONS = (*FUNCTIONS, "sin", "cos", "asin", "acos", "atan2")
+"""What the expressions of `actuators` may use besides; the table stays linear in its joint variables."""
+
+_USAGE = {"sqrt": "sqrt(2)", "sin": "sin(30)", "cos": "cos(30)", "asin": "asin(0.5)", "acos": "acos(0.5)"}
+
 MAX_LENGTH = 500
 MAX_DEPTH = 40
 """Levels of brackets, and of the tree; later stages recurse over it with a few frames for each level."""
@@ -92,12 +100,12 @@ class Arithmetic:
     Attributes:
         number: Makes a number from a fraction.
         pi: The value of pi.
-        functions: One callable for each of `FUNCTIONS`.
+        functions: One callable for each function that occurs, `FUNCTIONS` at least.
     """
 
     number: Callable[[Fraction], Any]
     pi: Any
-    functions: Mapping[str, Callable[[Any], Any]]
+    functions: Mapping[str, Callable[..., Any]]
 
 
 def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arithmetic) -> Any:
@@ -133,13 +141,16 @@ def evaluate(expression: Expression, values: Mapping[str, Any], arithmetic: Arit
             return raised if exponent > 0 else arithmetic.number(Fraction(1)) / raised
         case Call(function, argument):
             return arithmetic.functions[function](evaluate(argument, values, arithmetic))
+        case Atan2(y, x):
+            return arithmetic.functions["atan2"](evaluate(y, values, arithmetic), evaluate(x, values, arithmetic))
 
 
-def parse(text: str) -> Expression:
+def parse(text: str, functions: tuple[str, ...] = FUNCTIONS) -> Expression:
     """Read one expression.
 
     Args:
-        text: Numbers, names, `pi`, `+ - * / **`, brackets and the functions in `FUNCTIONS`.
+        text: Numbers, names, `pi`, `+ - * / **`, brackets and functions.
+        functions: The functions that may be used; `FUNCTIONS`, or `ACTUATOR_FUNCTIONS`.
 
     Returns:
         The exact tree. Exponents are integers; nothing is evaluated in floating point.
@@ -151,8 +162,9 @@ def parse(text: str) -> Expression:
         raise ExpressionError(f"the expression has {len(text)} characters (at most {MAX_LENGTH})")
     if not text.strip():
         raise ExpressionError("the expression is empty")
-    if _SPELLING.match(text) is None:
-        bad = next(character for character in text if _SPELLING.match(character) is None)
+    spelled = text.replace(",", " ") if "atan2" in functions else text
+    if _SPELLING.match(spelled) is None:
+        bad = next(character for character in spelled if _SPELLING.match(character) is None)
         hint = " (a decimal point is written '.')" if bad == "," else ""
         raise ExpressionError(f"{bad!r} cannot stand in an expression{hint}")
     if _depth(text) > MAX_DEPTH:
@@ -163,7 +175,7 @@ def parse(text: str) -> Expression:
         tree = ast.parse(marked.strip(), mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise ExpressionError(f"'{text.strip()}' is not an expression") from None
-    return checked_depth(_convert(tree.body, exact, 0))
+    return checked_depth(_Conversion(exact, functions).convert(tree.body, 0))
 
 
 def checked_depth(expression: Expression) -> Expression:
@@ -177,10 +189,10 @@ def checked_depth(expression: Expression) -> Expression:
     return expression
 
 
-def text_names(text: str) -> tuple[str, ...]:
+def text_names(text: str, functions: tuple[str, ...] = FUNCTIONS) -> tuple[str, ...]:
     """The names in the text of an expression, each once, also those that fold away, as in `0*q`."""
     words = (match["name"] for match in _WORD.finditer(text))
-    return tuple(dict.fromkeys(word for word in words if word and word != "pi" and word not in FUNCTIONS))
+    return tuple(dict.fromkeys(word for word in words if word and word != "pi" and word not in functions))
 
 
 def _depth(text: str) -> int:
@@ -206,30 +218,46 @@ def _store(digits: str, exact: list[Fraction]) -> int:
     return len(exact) - 1
 
 
-def _convert(node: ast.expr, exact: list[Fraction], depth: int) -> Expression:
-    if depth > 4 * MAX_DEPTH:
-        raise ExpressionError("the expression is too long")
-    match node:
-        case ast.Subscript(ast.Name("n_"), ast.Constant(int(index))):
-            return Number(exact[index])
-        case ast.Name("v_pi"):
-            return PI
-        case ast.Name(name) if (word := name.removeprefix("v_")) in FUNCTIONS:
-            raise ExpressionError(f"{word} needs a value, as in {word}(2)")
-        case ast.Name(name):
-            return Name(name.removeprefix("v_"))
-        case ast.UnaryOp(ast.UAdd(), operand):
-            return _convert(operand, exact, depth + 1)
-        case ast.UnaryOp(ast.USub(), operand):
-            return negate(_convert(operand, exact, depth + 1))
-        case ast.BinOp(left, operator, right):
-            return _combine(_convert(left, exact, depth + 1), operator, _convert(right, exact, depth + 1))
-        case ast.Call(ast.Name(name), [argument], []):
-            function = name.removeprefix("v_")
-            if function not in FUNCTIONS:
-                raise ExpressionError(f"unknown function '{function}' (expected {', '.join(FUNCTIONS)})")
-            return Call(function, _convert(argument, exact, depth + 1))
-    raise ExpressionError("only numbers, names, pi, sqrt, + - * / ** and brackets are allowed")
+@dataclass(frozen=True, slots=True)
+class _Conversion:
+    """From Python's tree to ours, given the numbers that were hidden and the functions that may be used."""
+
+    exact: list[Fraction]
+    functions: tuple[str, ...]
+
+    def convert(self, node: ast.expr, depth: int) -> Expression:
+        """Convert one node and all below it."""
+        if depth > 4 * MAX_DEPTH:
+            raise ExpressionError("the expression is too long")
+        match node:
+            case ast.Subscript(ast.Name("n_"), ast.Constant(int(index))):
+                return Number(self.exact[index])
+            case ast.Name("v_pi"):
+                return PI
+            case ast.Name(name) if (word := name.removeprefix("v_")) in self.functions:
+                needed = "two values, as in atan2(1, 2)" if word == "atan2" else f"a value, as in {_USAGE[word]}"
+                raise ExpressionError(f"{word} needs {needed}")
+            case ast.Name(name):
+                return Name(name.removeprefix("v_"))
+            case ast.UnaryOp(ast.UAdd(), operand):
+                return self.convert(operand, depth + 1)
+            case ast.UnaryOp(ast.USub(), operand):
+                return negate(self.convert(operand, depth + 1))
+            case ast.BinOp(left, operator, right):
+                return _combine(self.convert(left, depth + 1), operator, self.convert(right, depth + 1))
+            case ast.Call(ast.Name(name), arguments, []):
+                return self._call(name.removeprefix("v_"), arguments, depth)
+        words = ", ".join(self.functions)
+        raise ExpressionError(f"only numbers, names, pi, {words}, + - * / ** and brackets are allowed")
+
+    def _call(self, function: str, arguments: list[ast.expr], depth: int) -> Expression:
+        if function not in self.functions:
+            raise ExpressionError(f"unknown function '{function}' (expected {', '.join(self.functions)})")
+        wanted = 2 if function == "atan2" else 1
+        if len(arguments) != wanted:
+            raise ExpressionError(f"{function} takes {wanted} value{'s' if wanted > 1 else ''}, found {len(arguments)}")
+        values = [self.convert(argument, depth + 1) for argument in arguments]
+        return Atan2(values[0], values[1]) if function == "atan2" else Call(function, values[0])
 
 
 def _combine(left: Expression, operator: ast.operator, right: Expression) -> Expression:

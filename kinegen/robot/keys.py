@@ -32,6 +32,7 @@ TOP = {
     "base": "Fixed transform from the root frame to the frame before the first row.",
     "tool": "Fixed transform from the last row to the tool frame.",
     "frames": "Further named frames, each fixed to another one.",
+    "actuators": "The motors, and how the joints follow from what they read.",
 }
 TOP_REQUIRED = {
     "kinegen": "kinegen: 1",
@@ -89,6 +90,56 @@ TRANSFORM = {
     "ets": "Elementary transforms in order, instead of xyz and rpy.",
 }
 FRAME = {"parent": "A row, base, tool, wrist or another frame."} | TRANSFORM
+
+ACTUATORS = {
+    "readings": "What each motor reads, in the order of the actuator vector: angle, length or number.",
+    "joints": "How each joint variable follows, in order; the later ones may use the earlier joints.",
+    "inverse": "Readings as expressions of the joints, where only free expressions use them.",
+}
+READING = {
+    "dimension": "What it measures; an angle is in the unit of the file, a number has none.",
+    "limits": "Lower and upper bound of the reading.",
+}
+
+FORMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "gear": (("joint", "actuator", "ratio"), ("sign", "offset")),
+    "coupling": (("joints", "actuators", "matrix"), ("offsets",)),
+    "linear_actuator": (("joint", "actuator", "sides"), ("length", "sign", "offset")),
+    "four_bar": (
+        ("joint", "actuator", "ground", "crank", "coupler", "rocker"),
+        ("angle", "branch", "sign", "offset"),
+    ),
+}
+"""The keys that each form must have, and those that it may have."""
+
+FORMULA = ("joint", "value")
+"""The keys of an entry without a form."""
+
+BRANCHES = ("open", "crossed")
+SIGNS = ("1", "-1")
+BARS = ("ground", "crank", "coupler", "rocker")
+
+DRIVE = {
+    "joint": "The joint that the entry drives.",
+    "joints": "The joints that a coupling drives.",
+    "form": "A named form: joint = sign*(what the form makes of the reading) + offset.",
+    "value": "The joint as a free expression of readings, earlier joints and parameters.",
+    "actuator": "Whose reading the form takes.",
+    "actuators": "The readings of a coupling, one for each column of its matrix.",
+    "ratio": "How far the actuator goes for one unit of the joint, such as 100 turns for one turn.",
+    "matrix": "One row for each joint: joints = matrix*readings + offsets.",
+    "offsets": "One value for each joint of a coupling; earlier joints may stand in it.",
+    "sides": "The two fixed sides of the triangle that a linear actuator closes.",
+    "length": "Length of a linear actuator, linear in its reading; the reading itself if left out.",
+    "ground": "Distance between the pivots of crank and rocker.",
+    "crank": "Length of the bar that the motor turns.",
+    "coupler": "Length of the bar between crank and rocker.",
+    "rocker": "Length of the bar that turns with the joint.",
+    "angle": "Angle of the crank from the ground line, linear in its reading; the reading itself if left out.",
+    "branch": "How crank and rocker stand: open, as in a parallelogram, or crossed.",
+    "sign": "1, or -1 where the joint goes the other way.",
+    "offset": "What is added to give the joint; earlier joints may stand in it, as in 90 - shoulder.",
+}
 
 SYNONYMS = {
     "craig": "modified",

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from kinegen.robot.actuators import NO_ACTUATORS, Actuators
 from kinegen.robot.expressions import Expression
 
 BASE = "base"
@@ -197,6 +198,7 @@ class Robot:
         frames: Further named frames; a parent always stands before its children.
         source: Base name of the file.
         digest: Hash of the content that decides the output, as hexadecimal text.
+        actuators: What drives the joints; empty where the file says nothing of it.
     """
 
     name: str
@@ -211,6 +213,7 @@ class Robot:
     frames: tuple[Frame, ...]
     source: str
     digest: str
+    actuators: Actuators = NO_ACTUATORS
 
     @property
     def dof(self) -> int:

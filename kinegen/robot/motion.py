@@ -18,8 +18,8 @@ MOVING = frozenset({JointType.REVOLUTE, JointType.PRISMATIC, JointType.SCREW})
 
 _NOT_FINITE = frozenset({"nan", "inf", "infinity"})
 
-
-_STILL = {JointType.FIXED: "it is fixed", JointType.FOLLOWER: "it follows other joints"}
+STILL = {JointType.FIXED: "it is fixed", JointType.FOLLOWER: "it follows other joints"}
+"""Why a row has no variable of its own."""
 
 
 def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
@@ -36,7 +36,7 @@ def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
             if row.declared not in (None, str(kind)):
                 fail(f"type is {row.declared}, but {_reason(row, kind)}")
             if row.limits and kind not in MOVING:
-                fail(f"limits need a joint variable, and the row has none ({_STILL[kind]})", row.limits[0].line)
+                fail(f"limits need a joint variable, and the row has none ({STILL[kind]})", row.limits[0].line)
     return types
 
 
@@ -83,7 +83,7 @@ def _refuse_joint(slot: Slot, name: str, kind: JointType) -> None:
     if slot.axis is None:
         fail(f"joint variable '{name}' cannot stand here; this entry is constant")
     if kind not in MOVING:
-        fail(f"joint '{name}' has no variable of its own ({_STILL[kind]})")
+        fail(f"joint '{name}' has no variable of its own ({STILL[kind]})")
 
 
 def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:

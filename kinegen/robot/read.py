@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinegen.robot import keys
+from kinegen.robot.actuators_read import RawActuators, read_actuators
 from kinegen.robot.fields import accept_name, fail, quote, within
 from kinegen.robot.frames import read_fixed, read_frames
 from kinegen.robot.model import BASE, TOOL, WRIST, Convention, Units
@@ -28,6 +29,7 @@ class RawRobot:
     base: RawFrame
     tool: RawFrame
     frames: tuple[RawFrame, ...]
+    actuators: RawActuators
 
 
 def read_robot(root: Mapping) -> RawRobot:
@@ -63,6 +65,7 @@ def read_robot(root: Mapping) -> RawRobot:
         base=read_fixed(fields.get("base"), BASE),
         tool=read_fixed(fields.get("tool"), TOOL),
         frames=read_frames(fields.get("frames"), rows, tree=tree),
+        actuators=read_actuators(fields.get("actuators")),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from kinegen.robot.actuators_names import formula_slots, with_names
+from kinegen.robot.actuators_resolve import resolve_actuators
 from kinegen.robot.convert import Converter
 from kinegen.robot.dimensions import find_dimensions
 from kinegen.robot.fields import within
@@ -34,7 +36,8 @@ def resolve(raw: RawRobot, source: str) -> Robot:
     for where, slot in slots:
         with within(where, slot.line):
             check_names(slot, known, types)
-    dimensions = find_dimensions(raw.parameters, slots, frozenset(types))
+    actuators = with_names(raw.actuators, raw.parameters, types)
+    dimensions = find_dimensions(raw.parameters, slots, frozenset(types), formula_slots(actuators))
     parameters = close_parameters(raw.parameters, dimensions, degrees=degrees)
     values = {parameter.name: checked_value(parameter.value, {}) for parameter in parameters}
     converter = Converter(types, {parameter.name: parameter for parameter in parameters}, values, degrees)
@@ -51,4 +54,5 @@ def resolve(raw: RawRobot, source: str) -> Robot:
         frames=tuple(converter.frame(frame) for frame in raw.frames),
         source=source,
         digest="",
+        actuators=resolve_actuators(actuators, converter),
     )

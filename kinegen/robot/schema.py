@@ -37,6 +37,8 @@ def schema() -> Schema:
             "steps": _steps(),
             "transform": _transform(keys.TRANSFORM, ()),
             "frame": _transform(keys.FRAME, ("parent",)),
+            "reading": _reading(),
+            "drive": _drive(),
         },
     }
 
@@ -53,6 +55,7 @@ def _top_values() -> Mapping[str, Schema]:
         "base": _ref("transform"),
         "tool": _ref("transform"),
         "frames": _named("frame", keys.MAX_FRAMES),
+        "actuators": _actuators(),
     }
 
 
@@ -117,6 +120,49 @@ def _transform(meanings: Mapping[str, str], required: tuple[str, ...]) -> Schema
     other = [{"required": ["xyz"]}, {"required": ["rpy"]}]
     excluded = {"if": {"required": ["ets"]}, "then": {"not": {"anyOf": other}}}
     return {**_object(_described(meanings, values), required), **excluded}
+
+
+def _actuators() -> Schema:
+    values = {
+        "readings": _named("reading", keys.MAX_ROWS),
+        "joints": {"type": "array", "items": _ref("drive"), "maxItems": keys.MAX_ROWS},
+        "inverse": _named("expression", keys.MAX_ROWS),
+    }
+    return _object(_described(keys.ACTUATORS, values), ("readings", "joints"))
+
+
+def _reading() -> Schema:
+    pair = {"type": "array", "items": _ref("expression"), "minItems": 2, "maxItems": 2}
+    values = {"dimension": _one_of(keys.DIMENSIONS), "limits": pair}
+    return {"anyOf": [_one_of(keys.DIMENSIONS), _object(_described(keys.READING, values), ("dimension",))]}
+
+
+def _drive() -> Schema:
+    """An entry has the keys of one form, or a value; how many values its lists want, only the loader can say."""
+    values: dict[str, Schema] = dict.fromkeys(keys.DRIVE, _ref("expression"))
+    several: Schema = {"type": "array", "items": _ref("expression"), "minItems": 1}
+    values |= {
+        "joint": _ref("name"),
+        "joints": {"type": "array", "items": _ref("name"), "minItems": 1},
+        "form": _one_of(tuple(keys.FORMS)),
+        "actuator": _ref("name"),
+        "actuators": {"type": "array", "items": _ref("name"), "minItems": 1},
+        "matrix": {"type": "array", "items": several, "minItems": 1},
+        "offsets": several,
+        "sides": several | {"minItems": 2, "maxItems": 2},
+        "branch": _one_of(keys.BRANCHES),
+        "sign": {"enum": [int(sign) for sign in keys.SIGNS]},
+    }
+    shapes = [_entry(("form", *needed), further, form) for form, (needed, further) in keys.FORMS.items()]
+    return {**_object(_described(keys.DRIVE, values), ()), "oneOf": [*shapes, _entry(keys.FORMULA, (), None)]}
+
+
+def _entry(needed: tuple[str, ...], further: tuple[str, ...], form: str | None) -> Schema:
+    """These keys are there, and no others but the further ones."""
+    allowed: dict[str, Any] = dict.fromkeys((*needed, *further), True)
+    if form is not None:
+        allowed["form"] = {"const": form}
+    return {"properties": allowed, "required": list(needed), "additionalProperties": False}
 
 
 def _named(definition: str, limit: int) -> Schema:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.robot.expressions import Expression, ExpressionError, largest_number, parse, text_names
+from kinegen.robot.expressions import FUNCTIONS, Expression, ExpressionError, largest_number, parse, text_names
 from kinegen.robot.fields import expected, fail, quote, within
 from kinegen.robot.keys import MAX_STEPS, STEPS
 from kinegen.robot.model import Convention, Dimension, StepKind
@@ -94,7 +94,9 @@ class RawFrame:
     line: int
 
 
-def read_slot(node: Node, label: str, dimension: Dimension, axis: int | None = None) -> Slot:
+def read_slot(
+    node: Node, label: str, dimension: Dimension, axis: int | None = None, functions: tuple[str, ...] = FUNCTIONS
+) -> Slot:
     """Read one expression.
 
     Args:
@@ -102,23 +104,31 @@ def read_slot(node: Node, label: str, dimension: Dimension, axis: int | None = N
         label: What messages call it.
         dimension: What the place measures.
         axis: Axis of a value that may move.
+        functions: The functions that may be used in it.
 
     Raises:
         RobotFileError: If it is no expression.
     """
     with within(label, node.line):
         text = word(node, "a number or an expression")
-    return _slot(text, label, dimension, axis, node.line)
+    return _slot(text, label, dimension, axis, node.line, functions)
 
 
-def _slot(text: str, label: str, dimension: Dimension, axis: int | None, line: int) -> Slot:
+def _slot(
+    text: str,
+    label: str,
+    dimension: Dimension,
+    axis: int | None,
+    line: int,
+    functions: tuple[str, ...] = FUNCTIONS,
+) -> Slot:
     with within(label, line):
         if _NOT_FINITE.match(text.strip()):
             fail(f"{quote(text.strip())} is not a finite number")
-        tree = parse(text)
+        tree = parse(text, functions)
         if largest_number(tree) >= 1 << MAX_BITS:
             raise ExpressionError("a number in it is too long")
-    return Slot(label, tree, text_names(text), dimension, axis, line)
+    return Slot(label, tree, text_names(text, functions), dimension, axis, line)
 
 
 def read_steps(node: Node, *, moving: bool) -> tuple[RawStep, ...]:

@@ -56,6 +56,12 @@ SHAPES = (
     "name_not_ascii",
     "version_2",
     "description_too_long",
+    "unknown_dimension",
+    "drive_form_and_value",
+    "drive_key_of_another_form",
+    "drive_sign_2",
+    "drive_unknown_form",
+    "linear_actuator_three_sides",
 )
 MISSHAPEN = [path for path in sorted((ROOT / "tests/bad").glob("*.yaml")) if any(word in path.name for word in SHAPES)]
 
@@ -90,6 +96,9 @@ def test_every_key_has_a_meaning() -> None:
         (found["$defs"]["transform"], keys.TRANSFORM),
         (found["$defs"]["frame"], keys.FRAME),
         (found["$defs"]["parameter"]["anyOf"][1], keys.PARAMETER),
+        (found["properties"]["actuators"], keys.ACTUATORS),
+        (found["$defs"]["reading"]["anyOf"][1], keys.READING),
+        (found["$defs"]["drive"], keys.DRIVE),
     ]
     for part, table in tables:
         assert {key: value["description"] for key, value in part["properties"].items()} == table
