@@ -26,7 +26,7 @@ def _plain(value: object) -> object:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = [getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
         # A robot without actuators keeps the hash that it had before there were any.
-        return [type(value).__name__, *(_plain(field) for field in fields if field is not NO_ACTUATORS)]
+        return [type(value).__name__, *(_plain(field) for field in fields if field != NO_ACTUATORS)]
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if isinstance(value, Enum):
