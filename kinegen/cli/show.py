@@ -5,17 +5,32 @@ from __future__ import annotations
 import click
 
 from kinegen.cli.terminal import say
+from kinegen.outputs import Reference
 
+OUTPUTS = {
+    "pose": None,
+    "jacobian": Reference.LOCAL_WORLD_ALIGNED,
+    "jacobian_local": Reference.LOCAL,
+    "jacobian_world": Reference.WORLD,
+}
 FORMATS = ("text", "latex", "mathml", "python")
 
 
 @click.command("show", short_help="Prints the closed form.")
 @click.argument("file", type=click.Path())
 @click.option("--format", "notation", type=click.Choice(FORMATS), default="text", show_default=True, help="Notation.")
+@click.option(
+    "--output",
+    type=click.Choice(tuple(OUTPUTS)),
+    default="pose",
+    show_default=True,
+    help="The pose, or the geometric Jacobian, rows linear velocity and then angular: at the frame's origin in the "
+    "axes of the base, in the frame's own axes (local), or at the origin of the base (world).",
+)
 @click.option("--from", "start", metavar="FRAME", help="Frame of reference, by name or row number; 0 is before row 1.")
 @click.option("--to", "end", metavar="FRAME", help="Frame that is reached; without it the tool, or every tip.")
 @click.option("--steps", is_flag=True, help="Also print every link matrix on the way.")
-def command(file: str, notation: str, start: str | None, end: str | None, steps: bool) -> None:
+def command(file: str, notation: str, output: str, start: str | None, end: str | None, steps: bool) -> None:
     """Prints the table and the closed form of a robot, factored as a textbook prints it.
 
     c1 and s1 are the cosine and sine of the first joint variable, c23 is cos(q2 + q3). The whole chain, from base to
@@ -24,12 +39,13 @@ def command(file: str, notation: str, start: str | None, end: str | None, steps:
     \b
         kinegen show robots/puma560.yaml
         kinegen show robots/puma560.yaml --from 3 --to 6
+        kinegen show robots/scara.yaml --output jacobian
         kinegen show robots/puma560.yaml --format latex > puma560.tex
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
     from kinegen.robot.load import load
     from kinegen.symbolic.sheet import make_sheet
 
-    sheet = make_sheet(load(file), start, end, steps=steps)
+    sheet = make_sheet(load(file), start, end, steps=steps, jacobian=OUTPUTS[output])
     match notation:
         case "text":
             from kinegen.cli.sheets.text import text_sheet

@@ -179,8 +179,12 @@ NOTATIONS: dict[str, Notation] = {"text": Text(), "latex": Latex(), "mathml": Ma
 """The notations of `kinegen show --format`."""
 
 
-def entry_names() -> tuple[tuple[str, ...], ...]:
-    """Names of the entries of a transform: r11 to r33, px, py, pz."""
+def entry_names(form: ClosedForm) -> tuple[tuple[str, ...], ...]:
+    """Names of the entries: r11 to r33, px, py, pz of a transform; J11, J12 and so on of a Jacobian."""
+    if not form.is_transform:
+        gap = "_" if len(form.entries[0]) > 9 else ""
+        columns = range(1, len(form.entries[0]) + 1)
+        return tuple(tuple(f"J{row}{gap}{column}" for column in columns) for row in range(1, 7))
     return tuple((*(f"r{row}{column}" for column in (1, 2, 3)), f"p{axis}") for row, axis in zip((1, 2, 3), "xyz"))
 
 

@@ -26,7 +26,7 @@ from kinegen.symbolic.signatures import (
     pose_array,
     signature,
 )
-from kinegen.symbolic.transforms import symbols
+from kinegen.symbolic.transforms import Elementary, symbols
 
 UNITS: tuple[Vector, Vector, Vector] = (
     (sp.S.One, sp.S.Zero, sp.S.Zero),
@@ -180,7 +180,12 @@ def transform(robot: Robot, start: FrameName, end: FrameName) -> sp.Matrix:
     Raises:
         KinegenError: If a frame does not exist.
     """
-    folded = fold(transforms_between(robot, start, end, symbols(robot, keep_parameters=True)))
+    return product(transforms_between(robot, start, end, symbols(robot, keep_parameters=True)))
+
+
+def product(steps: tuple[Elementary, ...]) -> sp.Matrix:
+    """The exact product of elementary transforms, 4x4, nested as it arises, not expanded."""
+    folded = fold(steps)
     columns = UNITS
     position = folded.shifts[-1]
     for turn, shift in zip(reversed(folded.turns), reversed(folded.shifts[:-1]), strict=True):

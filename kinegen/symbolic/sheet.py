@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 from kinegen.angles import AngleLabels
 from kinegen.errors import KinegenError
+from kinegen.outputs import Reference
 from kinegen.robot.model import BASE, TOOL, Robot
 from kinegen.symbolic.chain import FrameName, frames_between, transforms_between
 from kinegen.symbolic.fold import fold
 from kinegen.symbolic.table import Table, read_table
 from kinegen.symbolic.textbook import ClosedForm, Sum, closed_form, label_order, transform_name
+from kinegen.symbolic.textbook_jacobian import jacobian_form, jacobian_name
 from kinegen.symbolic.transforms import symbols
 
 MOST_TURNS = 10
@@ -60,7 +62,14 @@ class Sheet:
     angles: tuple[tuple[str, Sum], ...]
 
 
-def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, steps: bool = False) -> Sheet:
+def make_sheet(
+    robot: Robot,
+    start: FrameName | None,
+    end: FrameName | None,
+    *,
+    steps: bool = False,
+    jacobian: Reference | None = None,
+) -> Sheet:
     """Gather what is to be printed.
 
     Args:
@@ -68,6 +77,7 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
         start: Frame of reference; if left out the base, which is frame 0 where nothing lies between the two.
         end: Frame that is reached; the tool, or every tip of a tree, if left out.
         steps: Whether to add every link matrix on the way.
+        jacobian: Reference of the Jacobian that is printed in place of the pose; None for the pose.
 
     Raises:
         KinegenError: If a frame does not exist, or a single row is too long to be printed.
@@ -78,7 +88,10 @@ def make_sheet(robot: Robot, start: FrameName | None, end: FrameName | None, *, 
     ways = [frames_between(robot, begin, tip) for tip in ends]
     pairs = dict.fromkeys(pair for way in ways for pair in way if steps and _is_link(robot, pair))
     matrices = tuple(_form(robot, *_numbered(robot, pair), labels) for pair in pairs)
-    products = tuple(_product(robot, begin, tip, labels) for tip in ends)
+    if jacobian is None:
+        products = tuple(_product(robot, begin, tip, labels) for tip in ends)
+    else:
+        products = tuple(_jacobian(robot, begin, tip, jacobian, labels) for tip in ends)
     # A way of one link is its link matrix.
     links = tuple(form for form in matrices if all(form not in product.factors for product in products))
     forms = (*links, *(form for product in products for form in product.factors))
@@ -96,6 +109,14 @@ def _product(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels
     cuts = _cuts(robot, start, end)
     factors = tuple(_form(robot, left, right, labels) for left, right in itertools.pairwise(cuts))
     return Product(transform_name(start, end), factors)
+
+
+def _jacobian(robot: Robot, start: FrameName, end: FrameName, reference: Reference, labels: AngleLabels) -> Product:
+    name = jacobian_name(start, end, reference)
+    turns = _turns(robot, start, end)
+    if turns > MOST_TURNS:
+        raise KinegenError(f"{name} has {turns} turns and is too long to be printed; a shorter part has --from, --to")
+    return Product(name, (jacobian_form(robot, start, end, reference, labels),))
 
 
 def _form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels) -> ClosedForm:

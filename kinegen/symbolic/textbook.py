@@ -86,11 +86,11 @@ Factor = Symbol | Ratio | Pi | Root | Power | Function | Sum
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """A transform for people.
+    """A transform, or a Jacobian, for people.
 
     Attributes:
-        name: Such as `base_T_tool` or `1T3`.
-        entries: Three rows of four entries.
+        name: Such as `base_T_tool`, `1T3` or `base_J_tool`.
+        entries: Three rows of four entries; or six rows, one column for each joint variable.
         angles: Label and angle of every sine and cosine that occurs.
         joints: Number and joint name of every joint variable that occurs.
     """
@@ -99,6 +99,11 @@ class ClosedForm:
     entries: tuple[tuple[Sum, ...], ...]
     angles: tuple[tuple[str, Sum], ...]
     joints: tuple[tuple[int, str], ...]
+
+    @property
+    def is_transform(self) -> bool:
+        """Whether the row 0 0 0 1 belongs below."""
+        return len(self.entries) == 3
 
 
 def closed_form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels | None = None) -> ClosedForm:

@@ -16,7 +16,6 @@ LONGEST_LINE = 80
 
 LONGEST_MATRIX_ROW = 70
 _UNSEEN = re.compile(r"\\[a-z]*|[{}_^, ]")
-_GENERAL = tuple(tuple(f"{name[0]}_{{{name[1:]}}}" for name in row) for row in entry_names())
 _SPECIAL = re.compile(r"[&%$#_{}~^\\]")
 _ESCAPES = {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
 
@@ -83,15 +82,17 @@ def _form(form: ClosedForm) -> str:
     plain = entry_texts(form, NOTATIONS["text"])
     texts = entry_texts(form, NOTATIONS["latex"])
     if sum(max(len(text) for text in column) for column in zip(*plain, strict=True)) <= LONGEST_MATRIX_ROW:
-        return _environment("equation*", f"{_name(form.name)} = {_matrix(texts)}")
-    places = [(row, column) for column in range(4) for row in range(3)]
-    equations = [_equation(_GENERAL[row][column], form.entries[row][column]) for row, column in places]
-    general = _environment("equation*", f"{_name(form.name)} = {_matrix(_GENERAL)}")
+        return _environment("equation*", f"{_name(form.name)} = {_matrix(form, texts)}")
+    names = tuple(tuple(f"{name[0]}_{{{name[1:].replace('_', ',')}}}" for name in row) for row in entry_names(form))
+    places = [(row, column) for column in range(len(names[0])) for row in range(len(names))]
+    equations = [_equation(names[row][column], form.entries[row][column]) for row, column in places]
+    general = _environment("equation*", f"{_name(form.name)} = {_matrix(form, names)}")
     return general + _environment("align*", " \\\\\n".join(equations))
 
 
-def _matrix(rows: tuple[tuple[str, ...], ...]) -> str:
-    lines = " \\\\\n".join(" & ".join(row) for row in (*rows, ("0", "0", "0", "1")))
+def _matrix(form: ClosedForm, rows: tuple[tuple[str, ...], ...]) -> str:
+    last = (("0", "0", "0", "1"),) if form.is_transform else ()
+    lines = " \\\\\n".join(" & ".join(row) for row in (*rows, *last))
     return f"\\begin{{bmatrix}}\n{lines}\n\\end{{bmatrix}}"
 
 
@@ -140,8 +141,8 @@ def _entry(entry: Sum) -> str:
 
 def _name(name: str) -> str:
     """`3T6` and `base_T_tool` with their frames as indices before and behind."""
-    start, end = re.split("_T_|T(?=[0-9]+$)", name, maxsplit=1)
-    return rf"{{}}^{{{_text(start)}}}T_{{{_text(end)}}}"
+    start, letter, end = re.split("_([TJ])_|(?:T(?=[0-9]+$))", name, maxsplit=1)
+    return rf"{{}}^{{{_text(start)}}}{letter or 'T'}_{{{_text(end)}}}"
 
 
 def _text(words_: str) -> str:

@@ -43,17 +43,20 @@ def _math(rows: Iterable[str]) -> str:
 
 
 def _form(form: ClosedForm) -> list[str]:
-    """The rows of one transform: a matrix where it is narrow, else its entries; then what its names mean."""
+    """The rows of one form: a matrix where it is narrow, else its entries; then what its names mean."""
     plain = entry_texts(form, NOTATIONS["text"])
     texts = entry_texts(form, _NOTATION)
     name = _name(form.name)
+    last = (_LAST_ROW,) if form.is_transform else ()
     if sum(max(len(text) for text in column) for column in zip(*plain, strict=True)) <= LONGEST_MATRIX_ROW:
-        rows = [_cells(f"{name}{_EQUALS}{_matrix((*texts, _LAST_ROW))}")]
+        rows = [_cells(f"{name}{_EQUALS}{_matrix((*texts, *last))}")]
     else:
-        general = tuple(tuple(_entry_name(entry) for entry in row) for row in entry_names())
-        rows = [_cells(f"{name}{_EQUALS}{_matrix((*general, _LAST_ROW))}")]
-        for column in range(4):
-            rows += [_cells(f"{general[row][column]}{_EQUALS}{texts[row][column]}") for row in range(3)]
+        general = tuple(tuple(_entry_name(entry) for entry in row) for row in entry_names(form))
+        rows = [_cells(f"{name}{_EQUALS}{_matrix((*general, *last))}")]
+        for column in range(len(general[0])):
+            rows += [
+                _cells(f"{names[column]}{_EQUALS}{row[column]}") for names, row in zip(general, texts, strict=True)
+            ]
     for label, angle in form.angles:
         argument = _NOTATION.brackets(_NOTATION.entry(angle))
         both = (
@@ -78,8 +81,8 @@ def _entry_name(name: str) -> str:
 
 
 def _name(name: str) -> str:
+    first, letter, last = re.split("_([TJ])_|(?:T(?=[0-9]+$))", name, maxsplit=1)
     start, end = (
-        f"<mn>{part}</mn>" if part.isdecimal() else f"<mtext>{escape(part)}</mtext>"
-        for part in re.split("_T_|T(?=[0-9]+$)", name, maxsplit=1)
+        f"<mn>{part}</mn>" if part.isdecimal() else f"<mtext>{escape(part)}</mtext>" for part in (first, last)
     )
-    return f"<mmultiscripts><mi>T</mi>{end}<none/><mprescripts/><none/>{start}</mmultiscripts>"
+    return f"<mmultiscripts><mi>{letter or 'T'}</mi>{end}<none/><mprescripts/><none/>{start}</mmultiscripts>"

@@ -40,7 +40,7 @@ def python_sheet(sheet: Sheet) -> str:
 
 
 def _function(robot: Robot, form: ClosedForm) -> str:
-    lines = _head(robot, form.name, _parameters(robot, (form,)))
+    lines = _head(robot, form.name, _parameters(robot, (form,)), "Pose" if form.is_transform else "Jacobian")
     if form.joints:
         variables = ", ".join(f"q{number}" for number, _ in form.joints)
         values = ", ".join(f"q[{number - 1}]" for number, _ in form.joints)
@@ -51,7 +51,7 @@ def _function(robot: Robot, form: ClosedForm) -> str:
     lines.append("    return [")
     for row in entry_texts(form, _PYTHON):
         lines += ["        [", *(f"            {text}," for text in row), "        ],"]
-    lines += ["        [0, 0, 0, 1],", "    ]", ""]
+    lines += [*(["        [0, 0, 0, 1],"] if form.is_transform else []), "    ]", ""]
     return "\n".join(lines)
 
 
@@ -67,13 +67,13 @@ def _product(robot: Robot, product: Product) -> str:
     return "\n".join([*lines, "    return product", ""])
 
 
-def _head(robot: Robot, name: str, parameters: tuple[tuple[str, str], ...]) -> list[str]:
+def _head(robot: Robot, name: str, parameters: tuple[tuple[str, str], ...], what: str = "Pose") -> list[str]:
     defaults = "".join(f", {parameter}={value}" for parameter, value in parameters)
-    start, end = _frames(name)
+    start, _, end = _frames(name)
     return [
         "",
         f"def {_identifier(name)}(q{', *' if parameters else ''}{defaults}):",
-        f'    """Pose of {end} in {start}.',
+        f'    """{what} of {end} in {start}.',
         "",
         f"    {words.vector_words(robot)}",
         '    """',
@@ -93,11 +93,12 @@ def _parameters(robot: Robot, forms: tuple[ClosedForm, ...]) -> tuple[tuple[str,
     return tuple(found)
 
 
-def _frames(name: str) -> tuple[str, str]:
-    start, end = re.split("_T_|T(?=[0-9]+$)", name, maxsplit=1)
-    return start, end
+def _frames(name: str) -> tuple[str, str, str]:
+    """The frame of reference, the letter of the quantity and the frame that is reached."""
+    start, letter, end = re.split("_([TJ])_|(?:T(?=[0-9]+$))", name, maxsplit=1)
+    return start, letter or "T", end
 
 
 def _identifier(name: str) -> str:
-    start, end = (f"frame{part}" if part.isdecimal() else part for part in _frames(name))
-    return f"{start}_T_{end}"
+    start, letter, end = (f"frame{part}" if part.isdecimal() else part for part in _frames(name))
+    return f"{start}_{letter}_{end}"

@@ -75,13 +75,13 @@ def _product(product: Product) -> list[str]:
 def _form(form: ClosedForm) -> list[str]:
     """A matrix where it fits, else one line an entry."""
     texts = entry_texts(form, NOTATIONS["text"])
-    matrix = columns([*texts, _LAST_ROW])
+    matrix = columns([*texts, _LAST_ROW] if form.is_transform else texts)
     head = f"{form.name} = "
     size = max(len(line) for line in matrix)
     if len(head) + size + 4 <= width():
-        heads = ["", head, "", ""]
+        heads = ["", head, *[""] * (len(matrix) - 2)]
         return [f"{strong(left.ljust(len(head)))}[ {line:<{size}} ]" for left, line in zip(heads, matrix, strict=True)]
-    entries = zip(_in_columns(entry_names()), _in_columns(texts), strict=True)
+    entries = zip(_in_columns(entry_names(form)), _in_columns(texts), strict=True)
     return [strong(form.name), *(line for name, text in entries for line in broken(f"{_INDENT}{name} = ", text))]
 
 
