@@ -23,6 +23,9 @@ LINE = 120
 RUNTIME = ("_kernel.py", "_engines.py")
 """The array handling, copied as it is."""
 
+MEASURES = "_measures.py"
+"""What is copied besides where there are Jacobians."""
+
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
 
@@ -67,6 +70,7 @@ class PackageContext:
     parameters: tuple[tuple[str, str], ...]
     kernels: tuple[PublicKernel, ...]
     reals: str
+    has_jacobians: bool
     stamp: str
     exported: tuple[str, ...]
 
@@ -84,6 +88,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     """
     robot = kernels.robot
     functions = tuple(_public(program) for program in kernels.programs)
+    has_jacobians = any(array.name == "jacobian" for program in kernels.programs for array in program.signature.results)
     has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
     context = PackageContext(
         name=robot.name,
@@ -102,14 +107,16 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         ),
         kernels=functions,
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
+        has_jacobians=has_jacobians,
         stamp=stamp,
-        exported=_exported(robot, functions, has_frames),
+        exported=_exported(robot, functions, has_frames, has_jacobians),
     )
+    files = (*RUNTIME, MEASURES) if context.has_jacobians else RUNTIME
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
         "__init__.py": environment().get_template("python/__init__.py.jinja").render(k=context),
-        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in RUNTIME},
+        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in files},
         "py.typed": "",
     }
 
@@ -118,9 +125,12 @@ def _paragraph(text: str) -> tuple[str, ...]:
     return tuple(textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False))
 
 
-def _exported(robot: Robot, functions: tuple[PublicKernel, ...], has_frames: bool) -> tuple[str, ...]:
+def _exported(
+    robot: Robot, functions: tuple[PublicKernel, ...], has_frames: bool, has_jacobians: bool
+) -> tuple[str, ...]:
     names = ["DOF", "JOINTS", "LIMITS", "backend", *(function.name for function in functions)]
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
+    names += ["condition_number", "manipulability"] * has_jacobians
     return tuple(sorted(names, key=_export_key))
 
 
