@@ -1,0 +1,77 @@
+"""From a robot to the family of its inverse, or to the conditions that fail.
+
+The axes of the joints decide, not the table: any convention, base, tool and offset of the variables may have led to
+them. All conditions are exact. An arm that misses one by the last digit of a drawing is told so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from kinegen.robot.model import Robot
+from kinegen.symbolic.inverse.arms import Refusal, flat_arm, point_arm, triple_arm, wrist_arm
+from kinegen.symbolic.inverse.axes import Axes, joint_axes
+from kinegen.symbolic.inverse.family import Family
+
+Recogniser = Callable[[Axes], Family]
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """An arm without a closed form here.
+
+    Attributes:
+        reasons: Which conditions fail, one line each.
+    """
+
+    reasons: tuple[str, ...]
+
+
+def recognise(robot: Robot) -> Family | Unknown:
+    """Find the family of a robot's closed-form inverse.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The family with its constants; or the reasons why there is none.
+    """
+    axes = joint_axes(robot)
+    if isinstance(axes, tuple):
+        return Unknown(axes)
+    letters = "".join("R" if joint.turns else "P" for joint in axes.joints)
+    candidates = _candidates(letters)
+    if not candidates:
+        return Unknown((f"no family of closed forms has the joints {letters}",))
+    reasons: list[str] = []
+    for candidate in candidates:
+        try:
+            return candidate(axes)
+        except Refusal as refusal:
+            reasons += [f"{_KINDS[candidate]}: {reason}" for reason in refusal.reasons]
+    return Unknown(tuple(reasons))
+
+
+_KINDS: dict[Recogniser, str] = {
+    point_arm: "not an arm that puts a point in its place",
+    wrist_arm: "not an arm with a spherical wrist",
+    flat_arm: "not a planar or SCARA arm",
+    triple_arm: "not an arm with three parallel axes",
+}
+
+
+def _candidates(letters: str) -> tuple[Recogniser, ...]:
+    """The families with such joints, the most usual first."""
+    flat = letters.replace("P", "", 1)
+    if len(letters) == 6 and letters.endswith("RRR"):
+        return (wrist_arm, triple_arm) if letters == "RRRRRR" else (wrist_arm,)
+    if letters == "RRRRR":
+        return (triple_arm,)
+    if flat in ("RR", "RRR") and len(letters) > 2:
+        return (flat_arm, point_arm) if len(letters) == 3 else (flat_arm,)
+    if letters == "RR":
+        return (flat_arm,)
+    if len(letters) == 3:
+        return (point_arm,)
+    return ()

@@ -1,0 +1,222 @@
+"""All solutions of every family, as formulas on a tape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.inverse.axes import Axes
+from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
+from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.geometry import Planar, Waist
+from kinegen.symbolic.inverse.solutions import Solution, rest_angle
+from kinegen.symbolic.inverse.solve_arm import (
+    Turned,
+    arm_size,
+    last_frame,
+    minus_named,
+    seen_from_waist,
+    turn_waist,
+    ways,
+)
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, WITHIN, ZERO, Angle, Bend, Steps, fixed
+from kinegen.symbolic.inverse.wrists import Columns, flips, hand_direction
+
+_LARGEST = sp.Integer(10) ** 30
+_NEAR_AXIS = sp.Rational(1, 10**12)
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The pose that the tool is to have, as symbols.
+
+    Attributes:
+        rotation: By rows.
+        position: Of the tool, in the base frame.
+    """
+
+    rotation: Rotation
+    position: Vector
+
+    def point(self, steps: Steps, axes: Axes, point: Vector) -> Vector:
+        """Where a point fixed to the tool has to be, from where it is at q = 0."""
+        offset = turned(transposed(axes.rotation), minus(point, axes.position))
+        x, y, z = (
+            steps.name(place + sp.Add(*(a * b for a, b in zip(row, offset, strict=True))))
+            for place, row in zip(self.position, self.rotation, strict=True)
+        )
+        return x, y, z
+
+    def columns(self, steps: Steps, axes: Axes, frame: Rotation) -> Columns:
+        """Where the columns of a frame fixed to the tool have to point, from where they point at q = 0."""
+        first, second, third = (
+            steps.turned(self.rotation, turned(transposed(axes.rotation), column)) for column in frame
+        )
+        return first, second, third
+
+
+def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
+    """Solve for all branches, in the order of `family.branches`.
+
+    Args:
+        steps: The tape.
+        family: The arm.
+        target: The pose of the tool.
+
+    Yields:
+        The solutions, before the limits of the joints are seen to.
+    """
+    axes, sane = family.axes, _sane(steps, family, target)
+    match family.build:
+        case PointArm(arm):
+            for way in ways(steps, arm, target.point(steps, axes, arm.end), ()):
+                yield Solution(way.amounts, (sane, *way.valid))
+        case WristArm():
+            yield from _wrist_solutions(steps, axes, family.build, target, sane)
+        case FlatArm():
+            yield from _flat_solutions(steps, axes, family.build, target, sane)
+        case TripleArm(roll=None):
+            yield from _triple_solutions(steps, axes, family.build, target, sane)
+        case TripleArm():
+            yield from _roll_solutions(steps, axes, family.build, target, sane)
+
+
+def _sane(steps: Steps, family: Family, target: Target) -> sp.Expr:
+    """1 for a target of finite numbers, else 0."""
+    numbers = [*target.position, *(entry for row in target.rotation for entry in row)]
+    used = numbers if reads_attitude(family) else numbers[:3]
+    return steps.select(steps.name(sp.Add(*(number**2 for number in used))), _LARGEST, ONE, ZERO)
+
+
+def reads_attitude(family: Family) -> bool:
+    """Whether the attitude of a target has a part in the solutions."""
+    position = isinstance(family.build, PointArm) or (
+        isinstance(family.build, FlatArm) and len(family.build.turns) == 2
+    )
+    return not position
+
+
+def _wrist_solutions(steps: Steps, axes: Axes, build: WristArm, target: Target, sane: sp.Expr) -> Iterator[Solution]:
+    wrist = build.wrist
+    hand = target.columns(steps, axes, wrist.hand)
+    # From the axes in which the arm leaves vectors to those of the wrist, both at q = 0.
+    between = chained(wrist.frame, transposed(last_frame(build.arm)))
+    start = steps.unit(rest_angle(wrist.joints[0]))
+    for way in ways(steps, build.arm, target.point(steps, axes, build.arm.end), hand):
+        first, second, third = (steps.turned(between, vector) for vector in way.left)
+        for flip in flips(steps, wrist, (first, second, third), start):
+            yield Solution((*way.amounts, *zip(wrist.joints, flip, strict=True)), (sane, *way.valid))
+
+
+def _flat_solutions(steps: Steps, axes: Axes, build: FlatArm, target: Target, sane: sp.Expr) -> Iterator[Solution]:
+    first = build.turns[0]
+    point = target.point(steps, axes, build.end)
+    x, y, z = steps.turned(build.frame, minus_named(steps, point, first.point))
+    height = steps.name(z - dot(build.frame[2], minus(build.end, first.point)))
+    valid = [sane]
+    if build.lift is None:
+        size = arm_size(*build.upper, *build.lower)
+        valid.append(steps.select(height**2, WITHIN**2 * size, ONE, ZERO))
+    yaw: Angle | None = None
+    if len(build.turns) == 3:
+        columns = target.columns(steps, axes, build.frame)
+        ahead, up = steps.turned(build.frame, columns[0]), steps.turned(build.frame, columns[2])
+        upright = steps.select(ZERO, up[2], ONE, ZERO)
+        valid.append(steps.select(steps.square(up[:2]), WITHIN**2, upright, ZERO))
+        yaw = steps.argument(ahead[:2])
+    for bend in steps.bend((x, y), build.upper, build.lower, rest_angle(first)):
+        angles = [bend.first, bend.second]
+        if yaw is not None:
+            angles.append(yaw - bend.first - bend.second)
+        lift = [(build.lift, height)] if build.lift else []
+        yield Solution((*zip(build.turns, angles, strict=True), *lift), (*valid, bend.valid))
+
+
+def _triple_size(build: TripleArm) -> sp.Expr:
+    return arm_size(build.waist.offset, build.depth, *build.upper, *build.lower, *build.hand)
+
+
+def _triple_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, sane: sp.Expr) -> Iterator[Solution]:
+    wrist = build.wrist
+    if wrist is None:
+        return
+    point, hand = target.point(steps, axes, build.end), target.columns(steps, axes, wrist.hand)
+    between = chained(wrist.frame, transposed(build.waist.second))
+    seen, rest = seen_from_waist(steps, build.waist, point), steps.unit(rest_angle(build.waist.joint))
+    sides = turn_waist(steps, build.waist, seen, build.depth, ALIGNED * _triple_size(build), hand, rest)
+    for side, is_left in zip(sides, (True, False), strict=True):
+        first, second, third = (steps.turned(between, vector) for vector in side.left)
+        left = (first, second, third)
+        # In line with axis 4, axis 6 has nothing left to do: what the other columns say is the turn about axis 4.
+        start = (second[1], -second[0])
+        direction = hand_direction(steps, left, start)
+        held = flips(steps, wrist, left, start)
+        bends = [
+            _bend_triple(steps, build, side, (sign * direction[0], sign * direction[1]), is_left) for sign in (1, -1)
+        ]
+        for elbow in (0, 1):
+            for flip, bent in zip(held, bends, strict=True):
+                bend = bent[elbow]
+                last = flip[0] - bend.first - bend.second
+                angles = (bend.first, bend.second, last)
+                yield Solution(
+                    (
+                        (build.waist.joint, side.swing.angle),
+                        *zip(build.turns, angles, strict=True),
+                        *zip(wrist.joints[1:], flip[1:], strict=True),
+                    ),
+                    (sane, side.swing.valid, bend.valid),
+                )
+
+
+def _bend_triple(steps: Steps, build: TripleArm, side: Turned, direction: Planar, is_left: bool) -> tuple[Bend, Bend]:
+    """The two ways to bring axis 4 to where the hand, turned by a direction, begins."""
+    begin = steps.times(direction, build.hand)
+    across = (steps.name(side.across[0] - begin[0]), steps.name(side.across[1] - begin[1]))
+    bends = steps.bend(across, build.upper, build.lower, rest_angle(build.turns[0]))
+    return bends if is_left else (bends[1], bends[0])
+
+
+def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, sane: sp.Expr) -> Iterator[Solution]:
+    waist, roll = build.waist, build.roll
+    if roll is None:
+        return
+    point = target.point(steps, axes, build.end)
+    pointing, beside, _ = target.columns(steps, axes, (roll.direction, waist.second[2], waist.first[2]))
+    seen, size = seen_from_waist(steps, waist, point), _triple_size(build)
+    start = _plane_of_approach(steps, waist, pointing, seen)
+    heading = waist.way(roll.direction)
+    sides = turn_waist(steps, waist, seen, build.depth, _NEAR_AXIS * size, (pointing, beside), start)
+    for side, is_left in zip(sides, (True, False), strict=True):
+        approach, across = side.left
+        level = steps.select(approach[2] ** 2, WITHIN**2, ONE, ZERO)
+        # Where the approach vector has led the waist, the point must lie in that plane too.
+        level = steps.select(side.missed**2, WITHIN**2 * size, level, ZERO)
+        # The hand as the fourth joint leaves it: its x axis along the approach vector, its y axis along axis 2.
+        sine = steps.name(steps.name(approach[1] * across[0]) - steps.name(approach[0] * across[1]))
+        turn = steps.argument((across[2], sine))
+        lift = steps.argument(approach[:2]) - fixed(sp.atan2(heading[1], heading[0]))
+        direction = steps.back(heading[:2], approach[:2])
+        for bend in _bend_triple(steps, build, side, direction, is_left):
+            angles = (bend.first, bend.second, lift - bend.first - bend.second)
+            yield Solution(
+                ((waist.joint, side.swing.angle), *zip(build.turns, angles, strict=True), (roll, turn)),
+                (sane, side.swing.valid, level, bend.valid),
+            )
+
+
+def _plane_of_approach(steps: Steps, waist: Waist, pointing: Vector, seen: Vector) -> Planar:
+    """The direction of the waist in whose plane the approach vector lies, towards the point that the arm carries.
+
+    Near its axis the waist follows the approach vector, which tells the plane better; where that is upright too, the
+    joint is at rest.
+    """
+    x, y, _ = steps.turned(waist.first, pointing)
+    square = steps.square((x, y))
+    rest = steps.unit(rest_angle(waist.joint))
+    inverse = steps.name(1 / steps.root(square))
+    side = steps.select(x * seen[0] + y * seen[1], ZERO, -inverse, inverse)
+    return steps.select(square, _NEAR_AXIS, rest[0], x * side), steps.select(square, _NEAR_AXIS, rest[1], y * side)

@@ -1,0 +1,198 @@
+"""Arms of three joints that put a point in its place: all ways, and what attitude each leaves to the wrist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.inverse.axes import JointAxis
+from kinegen.symbolic.inverse.exact import IDENTITY, Rotation, tidy
+from kinegen.symbolic.inverse.family import Arm, ColumnArm, ElbowArm, GantryArm, StrokeArm
+from kinegen.symbolic.inverse.geometry import Planar, Waist
+from kinegen.symbolic.inverse.solutions import rest_angle
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, REACH, Angle, Steps, Swing, fixed
+
+Amounts = tuple[tuple[JointAxis, Angle | sp.Expr], ...]
+Vectors = tuple[Vector, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """One way to put the point in its place.
+
+    Attributes:
+        amounts: How far each joint goes.
+        valid: 1 where the point is within reach, else 0; one factor for each condition.
+        left: The vectors that were given, turned back by the arm, in the axes of `last_frame`.
+    """
+
+    amounts: Amounts
+    valid: tuple[sp.Expr, ...]
+    left: Vectors
+
+
+def last_frame(arm: Arm) -> Rotation:
+    """Columns of the frame in which an arm leaves vectors, in the base frame at q = 0."""
+    match arm:
+        case ElbowArm(waist) | StrokeArm(waist):
+            return waist.second
+        case ColumnArm():
+            return arm.frame
+        case GantryArm():
+            return IDENTITY
+
+
+def ways(steps: Steps, arm: Arm, point: Vector, vectors: Vectors) -> Iterator[Way]:
+    """Find all ways, in the order of the branches.
+
+    Args:
+        steps: The tape.
+        arm: The arm.
+        point: Where the point that it carries has to be, in the base frame.
+        vectors: Vectors of the base frame that are to be turned back by the arm.
+
+    Yields:
+        The ways.
+    """
+    match arm:
+        case ElbowArm():
+            yield from _elbow_ways(steps, arm, point, vectors)
+        case StrokeArm():
+            yield from _stroke_ways(steps, arm, point, vectors)
+        case ColumnArm():
+            yield from _column_ways(steps, arm, point, vectors)
+        case GantryArm():
+            apart = minus_named(steps, point, arm.end)
+            amounts = steps.turned(arm.inverse, apart)
+            yield Way(tuple(zip(arm.joints, amounts, strict=True)), (), vectors)
+
+
+@dataclass(frozen=True, slots=True)
+class Turned:
+    """What a waist leaves to the joints after it, in the axes of its second frame.
+
+    Attributes:
+        swing: How the waist is turned.
+        across: The point as seen from axis 2, across it.
+        missed: How far the point is off the depth that was asked for, for a waist that stood at its start.
+        left: The vectors, turned back.
+    """
+
+    swing: Swing
+    across: Planar
+    missed: sp.Expr
+    left: Vectors
+
+
+def turn_waist(
+    steps: Steps, waist: Waist, point: Vector, depth: sp.Expr, near: sp.Expr, vectors: Vectors, start: Planar
+) -> tuple[Turned, Turned]:
+    """Turn a waist so that a point comes to a given depth along axis 2.
+
+    Args:
+        steps: The tape.
+        waist: The waist.
+        point: The point, in the waist's first frame.
+        depth: Its coordinate along axis 2.
+        near: The squared distance within which the point counts as on axis 1.
+        vectors: Vectors of the base frame that are to be turned back.
+        start: Direction of the waist for a point on its axis.
+
+    Returns:
+        With the point in front and behind.
+    """
+    x, y, z = point
+    height = steps.name((z - waist.cosine * depth) / waist.sine)
+    aside = steps.name(tidy(-waist.sine * depth)) if waist.cosine == 0 else waist.cosine * height - waist.sine * depth
+    level = [steps.turned(waist.first, vector) for vector in vectors]
+    turned = []
+    for swing in steps.swing((x, y), steps.name(aside), near, start):
+        left = tuple(_tilted(steps, waist, (*steps.back(swing.direction, each[:2]), each[2])) for each in level)
+        _, reached = steps.back(swing.direction, (x, y))
+        across = (steps.name(swing.along - waist.offset), height)
+        turned.append(Turned(swing, across, steps.name(reached - aside), left))
+    return turned[0], turned[1]
+
+
+def _tilted(steps: Steps, waist: Waist, vector: Vector) -> Vector:
+    """A vector of the waist's first frame, turned, in the axes of its second."""
+    x, y, z = vector
+    return x, steps.name(waist.cosine * y + waist.sine * z), steps.name(waist.cosine * z - waist.sine * y)
+
+
+def seen_from_waist(steps: Steps, waist: Waist, point: Vector) -> Vector:
+    """A point of the base frame in the waist's first frame."""
+    return steps.turned(waist.first, minus_named(steps, point, waist.origin))
+
+
+def minus_named(steps: Steps, left: Vector, right: Vector) -> Vector:
+    """The difference of a vector on the tape and a constant one."""
+    x, y, z = (steps.name(a - b) for a, b in zip(left, right, strict=True))
+    return x, y, z
+
+
+def arm_size(*lengths: sp.Expr) -> sp.Expr:
+    """The sum of squares of lengths; not zero, whatever runtime lengths may become."""
+    size = tidy(sp.Add(*(length**2 for length in lengths)))
+    return size + REACH if size.free_symbols else size or ONE
+
+
+def turned_back(steps: Steps, direction: Planar, vectors: Vectors) -> Vectors:
+    """Vectors turned back about their z axis."""
+    return tuple((*steps.back(direction, vector[:2]), vector[2]) for vector in vectors)
+
+
+def _elbow_ways(steps: Steps, arm: ElbowArm, point: Vector, vectors: Vectors) -> Iterator[Way]:
+    waist = arm.waist
+    near = ALIGNED * arm_size(waist.offset, arm.depth, *arm.upper, *arm.lower)
+    seen, rest = seen_from_waist(steps, waist, point), steps.unit(rest_angle(waist.joint))
+    sides = turn_waist(steps, waist, seen, arm.depth, near, vectors, rest)
+    for turned, is_left in zip(sides, (True, False), strict=True):
+        bends = steps.bend(turned.across, arm.upper, arm.lower, rest_angle(arm.shoulder))
+        # Behind the waist the arm is seen in a mirror.
+        for bend in bends if is_left else reversed(bends):
+            amounts = ((waist.joint, turned.swing.angle), (arm.shoulder, bend.first), (arm.elbow, bend.second))
+            yield Way(amounts, (turned.swing.valid, bend.valid), turned_back(steps, bend.direction, turned.left))
+
+
+def _stroke_ways(steps: Steps, arm: StrokeArm, point: Vector, vectors: Vectors) -> Iterator[Way]:
+    waist = arm.waist
+    near = ALIGNED * arm_size(waist.offset, arm.depth, *arm.start)
+    ahead, aside = _along(arm.heading, arm.start)
+    seen, rest = seen_from_waist(steps, waist, point), steps.unit(rest_angle(waist.joint))
+    lowered = steps.times(steps.unit(rest_angle(arm.shoulder)), arm.heading)
+    for turned in turn_waist(steps, waist, seen, arm.depth, near, vectors, rest):
+        for swing in steps.swing(turned.across, aside, near, lowered):
+            direction = steps.back(arm.heading, swing.direction)
+            amounts = (
+                (waist.joint, turned.swing.angle),
+                (arm.shoulder, swing.angle - fixed(sp.atan2(arm.heading[1], arm.heading[0]))),
+                (arm.stroke, steps.name(swing.along - ahead)),
+            )
+            yield Way(amounts, (turned.swing.valid, swing.valid), turned_back(steps, direction, turned.left))
+
+
+def _column_ways(steps: Steps, arm: ColumnArm, point: Vector, vectors: Vectors) -> Iterator[Way]:
+    x, y, z = steps.turned(arm.frame, minus_named(steps, point, arm.turn.point))
+    ahead, aside = _along(arm.heading, arm.start[:2])
+    rest = steps.times(steps.unit(rest_angle(arm.turn)), arm.heading)
+    level = tuple(steps.turned(arm.frame, vector) for vector in vectors)
+    for swing in steps.swing((x, y), aside, ALIGNED * arm_size(*arm.start), rest):
+        direction = steps.back(arm.heading, swing.direction)
+        amounts = (
+            (arm.turn, swing.angle - fixed(sp.atan2(arm.heading[1], arm.heading[0]))),
+            (arm.lift, steps.name(z - arm.start[2])),
+            (arm.stroke, steps.name(swing.along - ahead)),
+        )
+        yield Way(amounts, (swing.valid,), turned_back(steps, direction, level))
+
+
+def _along(heading: Planar, vector: Planar) -> Planar:
+    """A planar vector along a direction and across it."""
+    return (
+        tidy(heading[0] * vector[0] + heading[1] * vector[1]),
+        tidy(heading[0] * vector[1] - heading[1] * vector[0]),
+    )
