@@ -19,6 +19,7 @@ import sympy as sp
 
 from kinegen.symbolic.expressions import Tape
 from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.route import cross
 
 Rows = tuple[Vector, Vector, Vector]
 """The rows of a rotation matrix."""
@@ -59,12 +60,6 @@ def root(tape: Tape, *squared: sp.Expr) -> sp.Expr:
 def dot(left: Vector, right: Vector) -> sp.Expr:
     """The scalar product."""
     return sum((a * b for a, b in zip(left, right, strict=True)), sp.S.Zero)
-
-
-def cross(left: Vector, right: Vector) -> Vector:
-    """The vector product."""
-    a, b = left, right
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 # Quaternions ----------------------------------------------------------------------------------------------------------

@@ -7,7 +7,9 @@ from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
-from kinegen.symbolic.orientation import FORMS, derive_orientation
+from kinegen.symbolic.jacobian import derive_jacobian
+from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation, derive_orientation_jacobian
+from kinegen.symbolic.parameters import derive_parameter_jacobian
 from kinegen.symbolic.pose import derive_pose
 from kinegen.symbolic.position import derive_position
 from kinegen.symbolic.se3 import derive_se3
@@ -33,9 +35,15 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
             return derive_frames(robot)
         case Kind.POSITION:
             return derive_position(robot, quantity)
+        case Kind.JACOBIAN | Kind.FK_JACOBIAN:
+            return derive_jacobian(robot, quantity)
+        case Kind.PARAMETER_JACOBIAN:
+            return derive_parameter_jacobian(robot, quantity)
         case Kind.INVERSE_POSE | Kind.TRANSFORM_POINT | Kind.ADJOINT:
             return derive_se3(robot, quantity)
         case kind if kind in FORMS:
             return derive_orientation(robot, quantity)
+        case kind if kind in JACOBIANS:
+            return derive_orientation_jacobian(robot, quantity)
         case _:
             raise KinegenError(f"'{quantity}' is not derived")

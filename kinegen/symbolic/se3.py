@@ -9,9 +9,10 @@ import sympy as sp
 
 from kinegen.outputs import Array, Kind, Quantity, Signature
 from kinegen.robot.model import Robot
-from kinegen.symbolic.coordinates import cross, dot
+from kinegen.symbolic.coordinates import dot
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import NULL, Vector
+from kinegen.symbolic.route import cross
 
 POSE = Array("a_T_b", (4, 4), is_pose=True)
 """The pose of a frame b in a frame a."""

@@ -120,7 +120,7 @@ def velocity(kind: Kind, values: Floats, speeds: Floats) -> Floats:
             angle = np.linalg.norm(values)
             if angle < 1e-5:
                 return speeds + np.cross(values, speeds) / 2
-            turn, versed = (1 - np.cos(angle)) / angle**2, (angle - np.sin(angle)) / angle**3
+            turn, versed = 2 * (np.sin(angle / 2) / angle) ** 2, (angle - np.sin(angle)) / angle**3
             return speeds + turn * skew(values) @ speeds + versed * skew(values) @ skew(values) @ speeds
         case Kind.QUATERNION_XYZW:
             return velocity(Kind.QUATERNION_WXYZ, values[[3, 0, 1, 2]], speeds[[3, 0, 1, 2]])
