@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum, auto
 
 import sympy as sp
 
@@ -18,14 +19,24 @@ from kinegen.symbolic.expressions import Definition, cost
 from kinegen.symbolic.fold import UPRIGHT, Vector, fold
 from kinegen.symbolic.ledger import Ledger
 from kinegen.symbolic.marks import mark, rates_by, reverse
-from kinegen.symbolic.pose import UNITS, Plan, evaluate, pose_entries
+from kinegen.symbolic.pose import UNITS, Plan, cheapest_plan, evaluate, pose_entries
 from kinegen.symbolic.route import Route, scaled
 from kinegen.symbolic.transforms import Elementary
 
 Chain = tuple[Elementary, ...]
 """Elementary transforms from the base to a frame, left to right."""
 
-_CARRIED = ((0, 1, 2), (0, 1), (0, 2), (1, 2))
+
+class _Rotation(Enum):
+    """The rotation of a chain that is computed first, and shared by what follows.
+
+    It is built from the reference outwards, which gives the axes of all joints on the way; or as the pose alone would
+    build it; or not at all.
+    """
+
+    OUTWARDS = auto()
+    AS_POSE = auto()
+    NONE = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +80,7 @@ def derivative(
         of the position; in `world` v is that minus w x position; `local` has the same v and w as
         `local_world_aligned` in the axes of the chain's end.
     """
-    plans: tuple[tuple[int, ...] | None, ...] = (None, *_CARRIED) if with_poses else (None, ())
+    plans = (_Rotation.OUTWARDS, _Rotation.AS_POSE if with_poses else _Rotation.NONE)
     found = [_Attempt(Ledger(), tuple(symbols), reference, plan, with_poses).derive(chains) for plan in plans]
     return min(found, key=lambda each: cost(each.definitions, each.entries))
 
@@ -82,15 +93,14 @@ class _Attempt:
         ledger: Knows what is computed already.
         symbols: The symbols.
         reference: The axes and the point.
-        carried: Axes whose columns are turned from joint to joint for the rotation of the pose; None to build the
-            rotation from the reference outwards, which gives the axes of all joints; empty for no rotation.
+        plan: The rotation that is computed first.
         with_poses: Whether the poses are results.
     """
 
     ledger: Ledger
     symbols: tuple[sp.Symbol, ...]
     reference: Reference
-    carried: tuple[int, ...] | None
+    plan: _Rotation
     with_poses: bool
 
     def derive(self, chains: Sequence[Chain]) -> Derivative:
@@ -137,16 +147,16 @@ class _Attempt:
     def _rotation(self, steps: Chain, seen: Route) -> tuple[Vector, Vector, Vector]:
         """The columns of the rotation of the pose, as the plan builds them."""
         columns, attitude = UNITS, UPRIGHT
-        if self.carried is None:
+        if self.plan is _Rotation.OUTWARDS:
             outwards = [self.ledger.buy(seen.column(len(seen.marked.turns), axis)) for axis in range(3)]
             columns, attitude = (outwards[0], outwards[1], outwards[2]), seen.marked.attitude
-        elif self.carried:
+        elif self.plan is _Rotation.AS_POSE:
             folded = fold(steps)
-            columns, _ = evaluate(folded, Plan(self.carried), self.ledger.tape)
+            columns, _ = evaluate(folded, Plan(cheapest_plan(folded).carried), self.ledger.tape)
             attitude = folded.attitude
             for column in columns:
                 self.ledger.buy(column)
         x, y, z = (scaled(sp.Integer(sign), columns[axis]) for axis, sign in attitude)
-        if self.carried is None and self.reference is Reference.LOCAL:
+        if self.plan is _Rotation.OUTWARDS and self.reference is Reference.LOCAL:
             return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
         return x, y, z

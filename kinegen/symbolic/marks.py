@@ -113,9 +113,11 @@ class _Marker:
 
     @staticmethod
     def _piece(level: list[Vector | Mark], piece: Vector) -> None:
-        if level and not isinstance(level[-1], Mark):
-            piece = total(level.pop(), piece)
-        level.append(piece)
+        last = level[-1] if level else None
+        if last is None or isinstance(last, Mark):
+            level.append(piece)
+        else:
+            level[-1] = total(last, piece)
 
 
 def pieces(items: Sequence[Vector | Mark]) -> Vector:

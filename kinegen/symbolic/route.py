@@ -51,6 +51,9 @@ class Route:
     ledger: Ledger
     _columns: dict[Place, Vector] = field(default_factory=dict)
     _levers: dict[Place, Vector] = field(default_factory=dict)
+    _ways: dict[tuple[tuple[int, Vector], ...], tuple[Vector, ...]] = field(default_factory=dict)
+    _reaches: dict[Place, Vector] = field(default_factory=dict)
+    _points: dict[Place, Vector] = field(default_factory=dict)
 
     def column(self, level: int, axis: int) -> Vector:
         """An axis of a level in the axes of the start: a column of the rotation by all turns before it."""
@@ -79,15 +82,21 @@ class Route:
         turn = self.marked.turns[level - 1]
         return self.ledger.tape.vector(rotate(turn.axis, turn.angle, vector))
 
-    def ways(self, parts: Parts) -> Iterator[Vector]:
+    def ways(self, parts: Parts) -> tuple[Vector, ...]:
         """A sum of vectors in the axes of the start: turned back to some level, and from there by columns."""
+        key = tuple(sorted(parts.items(), key=lambda part: part[0]))
+        if key not in self._ways:
+            self._ways[key] = tuple(self._new_ways(parts))
+        return self._ways[key]
+
+    def _new_ways(self, parts: Parts) -> Iterator[Vector]:
         tape = self.ledger.tape
         vector = NULL
         for level in range(max(parts, default=0), -1, -1):
             if level in parts:
                 vector = tape.vector(total(vector, parts[level]))
             below = {key: part for key, part in parts.items() if key < level}
-            yield tape.vector(total(self.outwards(level, vector), next(self.ways(below)) if below else NULL))
+            yield tape.vector(total(self.outwards(level, vector), self.ways(below)[0] if below else NULL))
             if level:
                 vector = self.back(level, vector)
 
@@ -137,13 +146,18 @@ class Route:
 
     def reach(self, place: Place) -> Vector:
         """From a point of the chain to its end, in the axes of the start, added up from the end."""
-        level, index = place
-        items = self.marked.levels[level]
-        if index < len(items):
-            item = items[index]
-            reach = self.reach((level, index + 1))
-            return reach if isinstance(item, Mark) else self.ledger.tape.vector(total(reach, self.start(level, item)))
-        return self.reach((level + 1, 0)) if level < len(self.marked.turns) else NULL
+        if place not in self._reaches:
+            level, index = place
+            items = self.marked.levels[level]
+            if index < len(items):
+                item = items[index]
+                reach = self.reach((level, index + 1))
+                if not isinstance(item, Mark):
+                    reach = self.ledger.tape.vector(total(reach, self.start(level, item)))
+            else:
+                reach = self.reach((level + 1, 0)) if level < len(self.marked.turns) else NULL
+            self._reaches[place] = reach
+        return self._reaches[place]
 
     def positions(self) -> Iterator[Vector]:
         """The end of the chain as seen from the start: turned back from some level, and from there by columns."""
@@ -162,13 +176,16 @@ class Route:
         return vector
 
     def point(self, place: Place) -> Vector:
-        """A point of the chain in the axes of the start, as seen from the start, as it is cheapest now."""
-        level, index = place
-        offset = pieces(self.marked.levels[level][:index])
-        ways = [self._turned_back(level, offset)]
-        if level:
-            ways.append(total(self.point((level - 1, len(self.marked.levels[level - 1]))), self.start(level, offset)))
-        return self.ledger.cheapest(self.ledger.tape.vector(way) for way in ways)
+        """A point of the chain as seen from the start, as it was cheapest when it was first needed."""
+        if place not in self._points:
+            level, index = place
+            offset = pieces(self.marked.levels[level][:index])
+            ways = [self._turned_back(level, offset)]
+            if level:
+                before = self.point((level - 1, len(self.marked.levels[level - 1])))
+                ways.append(self.ledger.tape.vector(total(before, self.start(level, offset))))
+            self._points[place] = self.ledger.cheapest(ways)
+        return self._points[place]
 
     def ahead(self, place: Place, end: Vector) -> Vector:
         """The lever of a point, found from the end as it is seen from the start."""
