@@ -8,6 +8,7 @@ from fractions import Fraction
 from kinegen.emit.accuracy import accuracy_lines, error_lines
 from kinegen.emit.c.arguments import block_names, given, result_places, scalar_arguments, scalar_variables
 from kinegen.emit.c.statements import CPrinter, uses_sincos
+from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
@@ -118,7 +119,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
 
 
 def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
-    """The macros of a robot's headers: sizes, and the index of each frame or tip."""
+    """The macros of a robot's headers: sizes, and the index of each frame, tip or column of parameters."""
     robot = kernels.robot
     found = [(macro(robot.name, "DOF"), f"{robot.dof}")]
     if robot.is_tree:
@@ -128,6 +129,10 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
         if program.quantity.kind is Kind.FRAMES:
             found.append((macro(robot.name, "FRAMES"), f"{len(program.frames)}"))
             found += [(macro(robot.name, f"FRAME_{frame}"), f"{i}") for i, frame in enumerate(program.frames)]
+    varied = varied_names(kernels)
+    if varied:
+        found.append((macro(robot.name, "PARAMETERS"), f"{len(varied)}"))
+        found += [(macro(robot.name, f"PARAMETER_{name}"), f"{index}") for index, name in enumerate(varied)]
     return tuple((name, f"{value}") for name, value in found)
 
 
@@ -155,6 +160,8 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
 
 def _shape(kernels: Kernels, program: Program, array: Array) -> str:
     what = result_text(array)
+    if program.quantity.kind is Kind.PARAMETER_JACOBIAN:
+        what = f"{what}, columns in the order of {macro(kernels.robot.name, 'PARAMETER')}_*"
     if program.quantity.kind is Kind.FRAMES:
         return f"{what}, for each frame in the order of {macro(kernels.robot.name, 'FRAME')}_*"
     if array.per_frame:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 
+from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.reals import Real
@@ -15,7 +16,6 @@ from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
 from kinegen.outputs import Array, Kind
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
-from kinegen.robot.model import Robot
 
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
@@ -67,6 +67,7 @@ class PackageContext:
     limits: tuple[str, ...]
     frames: tuple[str, ...]
     tips: tuple[str, ...]
+    varied: tuple[str, ...]
     parameters: tuple[tuple[str, str], ...]
     kernels: tuple[PublicKernel, ...]
     reals: str
@@ -101,6 +102,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         limits=tuple(_limits(variable.limits) for variable in robot.variables),
         frames=_quoted(robot.frame_names) if has_frames else (),
         tips=_quoted(robot.tips) if robot.is_tree else (),
+        varied=_quoted(map(python_identifier, varied_names(kernels))),
         parameters=tuple(
             (python_identifier(parameter.name), Real.DOUBLE.literal(value))
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
@@ -109,7 +111,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
         has_jacobians=has_jacobians,
         stamp=stamp,
-        exported=_exported(robot, functions, has_frames, has_jacobians),
+        exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
     files = (*RUNTIME, MEASURES) if context.has_jacobians else RUNTIME
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
@@ -126,10 +128,12 @@ def _paragraph(text: str) -> tuple[str, ...]:
 
 
 def _exported(
-    robot: Robot, functions: tuple[PublicKernel, ...], has_frames: bool, has_jacobians: bool
+    kernels: Kernels, functions: tuple[PublicKernel, ...], has_frames: bool, has_jacobians: bool
 ) -> tuple[str, ...]:
+    robot = kernels.robot
     names = ["DOF", "JOINTS", "LIMITS", "backend", *(function.name for function in functions)]
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
+    names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
     return tuple(sorted(names, key=_export_key))
 
