@@ -25,7 +25,7 @@ ROWS = (
     ("kinegen.ir",),
     ("kinegen.emit",),
     ("kinegen.native",),
-    ("kinegen.boards", "kinegen.verify"),
+    ("kinegen.boards", "kinegen.verify", "kinegen.workspace"),
     ("kinegen.build",),
     ("kinegen.cli",),
     ("kinegen.__main__",),

@@ -1,0 +1,176 @@
+"""The dexterous part of a workspace: where the tip can stand in every orientation that the arm is able to give it.
+
+(The usual definition; some course notes print "more than one orientation", by which nearly every point would count.)
+
+Which orientations an arm can give is read off its Jacobian: none but one, all turns about one line, or all there are.
+An arm has a dexterous part only if it can turn while the tip stands still, which the rank of the whole Jacobian tells
+without any inverse. How large the part is, an inverse has to say, target by target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.robot.model import Robot
+from kinegen.workspace.sample import FloatArray, spread
+from kinegen.workspace.survey import Workspace
+
+Inverse = Callable[[FloatArray], NDArray[np.bool_]]
+"""Poses (N, 4, 4) of the tip in the base frame to whether some joint vector within the limits reaches each, (N,)."""
+
+_RANK = 1e-6
+_STEP = 1e-4  # of a joint's range; the reference is exact to 1e-15
+_PLACES = 32
+
+_ABOUT_A_LINE = 72
+_EVERY_WAY = 240
+"""Orientations that stand for all: 5 degrees apart about a line, some 35 degrees apart in space."""
+
+_VOXELS = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class Turning:
+    """The orientations that an arm gives its tip.
+
+    Attributes:
+        freedom: 0 for one orientation, 1 for turns about a line, 3 for all; 2 for what is no group of turns.
+        free: Whether it turns through them while the tip stands still, at generic places.
+        line: Shape (3,), that line's direction; None unless `freedom` is 1.
+        one: Shape (3, 3), one of the orientations.
+    """
+
+    freedom: int
+    free: bool
+    line: FloatArray | None
+    one: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Dexterity:
+    """What an inverse found.
+
+    Attributes:
+        voxels: Number of voxels whose middles were tried, spread evenly over all.
+        orientations: Number of orientations that were tried in each.
+        dexterous: Voxels in which all were reached.
+        measure: Share of `dexterous` in `voxels`, times what the region measures.
+    """
+
+    voxels: int
+    orientations: int
+    dexterous: int
+    measure: float
+
+
+def find_turning(robot: Robot, workspace: Workspace) -> Turning:
+    """Find the orientations that an arm gives its tip.
+
+    Args:
+        robot: The robot.
+        workspace: A survey of it.
+
+    Returns:
+        What turns it is free to make.
+    """
+    box = workspace.samples.box
+    # All joints move here, those too that only turn the tip.
+    q = replace(workspace.samples, movers=tuple(range(len(box))), start=np.full(len(box), 0.5)).at(np.arange(_PLACES)).T
+    poses = _poses(robot, workspace, q)
+    columns = []
+    for joint, width in enumerate(np.ptp(box, axis=1)):
+        step = np.zeros(len(box))
+        step[joint] = _STEP * width
+        ahead, behind = _poses(robot, workspace, q + step), _poses(robot, workspace, q - step)
+        columns.append(_twist(ahead, behind) / (2 * _STEP))
+    if not columns:
+        return Turning(0, False, None, poses[0, :3, :3])
+    jacobians = np.stack(columns, axis=2)
+    jacobians[:, :3] /= max(np.abs(jacobians[:, :3]).max(), np.finfo(float).tiny)
+    spins = jacobians[:, 3:].transpose(1, 0, 2).reshape(3, -1)
+    directions, sizes, _ = np.linalg.svd(spins, full_matrices=False)
+    lines = int((sizes > _RANK * np.sqrt(spins.shape[1])).sum())
+    freedom = lines if lines <= 1 else max(2, _rank(jacobians[:, 3:]))
+    free = freedom > 0 and _rank(jacobians) == workspace.shape.dimension + freedom
+    return Turning(freedom, free, directions[:, 0] if freedom == 1 else None, poses[0, :3, :3])
+
+
+def dexterous_part(workspace: Workspace, turning: Turning, inverse: Inverse) -> Dexterity:
+    """Measure the part of a region where the tip can stand in every orientation.
+
+    Args:
+        workspace: A survey.
+        turning: The orientations of the arm; it turns freely.
+        inverse: What tells whether a pose is reached.
+
+    Returns:
+        The part, from the middles of some voxels.
+
+    Raises:
+        ValueError: If the region has no measure, or the arm does not turn freely.
+    """
+    if workspace.tally is None or workspace.tally.counts[2].measure is None or not turning.free:
+        raise ValueError("there is no dexterous part to measure")
+    centres = workspace.tally.voxels.centres()
+    chosen = centres[np.linspace(0, len(centres) - 1, min(len(centres), _VOXELS)).astype(int)]
+    # Along the axes of the region from the base, and off them where the whole region lies.
+    axes = workspace.shape.axes
+    through = workspace.shape.through
+    points = chosen @ axes + (through - axes.T @ (axes @ through))
+    reached = np.ones(len(points), np.bool_)
+    orientations = _orientations(turning)
+    for orientation in orientations:
+        left = np.flatnonzero(reached)
+        targets = np.tile(np.eye(4), (len(left), 1, 1))
+        targets[:, :3, :3] = orientation
+        targets[:, :3, 3] = points[left]
+        reached[left] = inverse(targets)
+    dexterous = int(reached.sum())
+    share = dexterous / max(len(points), 1)
+    return Dexterity(len(points), len(orientations), dexterous, share * workspace.tally.counts[2].measure)
+
+
+def _poses(robot: Robot, workspace: Workspace, q: FloatArray) -> FloatArray:
+    return reference.pose(robot, q)[:, robot.tips.index(workspace.tip.name)]
+
+
+def _twist(ahead: FloatArray, behind: FloatArray) -> FloatArray:
+    """Shifts and small turns (N, 6) between poses."""
+    R = ahead[:, :3, :3] @ behind[:, :3, :3].transpose(0, 2, 1)
+    turns = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
+    return np.concatenate([ahead[:, :3, 3] - behind[:, :3, 3], turns], axis=1)
+
+
+def _rank(matrices: FloatArray) -> int:
+    return int((np.linalg.svd(matrices, compute_uv=False) > _RANK).sum(axis=1).max())
+
+
+def _orientations(turning: Turning) -> FloatArray:
+    """Orientations (N, 3, 3), spread evenly over all that the arm gives."""
+    if turning.line is not None:
+        angles = np.arange(_ABOUT_A_LINE) * (2 * np.pi / _ABOUT_A_LINE)
+        halves = np.concatenate([np.cos(angles / 2)[None], np.sin(angles / 2) * turning.line[:, None]])
+        return _matrices(halves) @ turning.one
+    # Shoemake, "Uniform random rotations", 1992: three numbers of the unit cube to a unit quaternion.
+    first, second, third = spread(np.arange(_EVERY_WAY), np.full(3, 0.5))
+    one, other = np.sqrt(1 - first), np.sqrt(first)
+    second, third = 2 * np.pi * second, 2 * np.pi * third
+    return _matrices(
+        np.stack([other * np.cos(third), one * np.sin(second), one * np.cos(second), other * np.sin(third)])
+    )
+
+
+def _matrices(quaternions: FloatArray) -> FloatArray:
+    """Rotation matrices (N, 3, 3) of unit quaternions (4, N), the real part first."""
+    w, x, y, z = quaternions
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1)

@@ -1,0 +1,162 @@
+"""How far the tip gets: the extents of its region and its distances, sharpened beyond what samples hit.
+
+The farthest of ten million samples still stands short of the rim. A compass search from there, along the joints and
+within their ranges, goes the rest of the way: it needs no derivative and stops at a bound as willingly as inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinegen import reference
+from kinegen.robot.model import JointType, Robot
+from kinegen.workspace.sample import FloatArray, Samples
+from kinegen.workspace.tip import Tip
+
+_WIDEST_STEP, _FINEST_STEP = 0.02, 1e-9
+"""Of a joint's range."""
+
+_MOVES = 2000
+_PARALLEL = 1e-6
+
+Figure = Callable[[FloatArray], FloatArray]
+"""Points (3, N) to one number each, of which the smallest or the largest is sought."""
+
+Best = dict[tuple[str, int], tuple[float, int]]
+"""By name of a figure and sign, 1 for the smallest and -1 for the largest: its value times the sign, the sample."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """The axis of a revolute joint that stands still in the base frame.
+
+    Attributes:
+        name: The joint.
+        point: Shape (3,), a point of it.
+        direction: Shape (3,), a unit vector.
+    """
+
+    name: str
+    point: FloatArray
+    direction: FloatArray
+
+    def distance_squared(self, points: FloatArray) -> FloatArray:
+        """Squared distances of points (3, N)."""
+        away = points - self.point[:, None]
+        squares: FloatArray = (away * away).sum(axis=0) - (self.direction @ away) ** 2
+        return np.maximum(squares, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Extreme:
+    """The smallest and the largest value of a figure.
+
+    Attributes:
+        name: What it is: x, y, z, `base` or `axis`.
+        low: The smallest.
+        high: The largest.
+    """
+
+    name: str
+    low: float
+    high: float
+
+
+def first_axis(robot: Robot, tip: Tip) -> Line | None:
+    """The axis of the first joint that moves the tip.
+
+    Args:
+        robot: The robot.
+        tip: The tip.
+
+    Returns:
+        The axis in the base frame; None where that joint slides, or is driven so that a radian of it turns nothing.
+    """
+    if not tip.movers or robot.variables[tip.movers[0]].type is not JointType.REVOLUTE:
+        return None
+    variable = robot.variables[tip.movers[0]]
+    q = np.zeros((2, robot.dof))
+    q[1, variable.index] = 1.0
+    before, after = reference.frames(robot, q)[variable.name]
+    moved = after @ np.linalg.inv(before)
+    R, t = moved[:3, :3], moved[:3, 3]
+    twice_sine = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    length = float(np.linalg.norm(twice_sine))
+    if length < _PARALLEL:
+        return None
+    # The axis stays where it is: (I - R) point = t, and of its points the one next to the origin.
+    point = np.linalg.lstsq(np.eye(3) - R, t, rcond=_PARALLEL)[0]
+    return Line(variable.name, point, twice_sine / length)
+
+
+def figures(axis: Line | None) -> Iterator[tuple[str, Figure]]:
+    """What is sought, by name; distances are squared, which keeps them smooth at nothing."""
+    yield "x", lambda points: points[0]
+    yield "y", lambda points: points[1]
+    yield "z", lambda points: points[2]
+    yield "base", lambda points: (points * points).sum(axis=0)
+    if axis is not None:
+        yield "axis", axis.distance_squared
+
+
+class Extremes:
+    """Keeps the samples with the smallest and the largest figures.
+
+    Args:
+        axis: The first joint's axis, if there is one.
+    """
+
+    def __init__(self, axis: Line | None) -> None:
+        self._figures = dict(figures(axis))
+        self._best: Best = {}
+
+    def of(self, points: FloatArray, start: int) -> Best:
+        """The best of some samples, the first of which is number `start`, by name and sign."""
+        found: Best = {}
+        for name, figure in self._figures.items():
+            values = figure(points)
+            for sign, place in ((1, int(values.argmin())), (-1, int(values.argmax()))):
+                found[name, sign] = (sign * float(values[place]), start + place)
+        return found
+
+    def keep(self, found: Best) -> None:
+        """Keep what is better than before."""
+        for key, entry in found.items():
+            self._best[key] = min(self._best.get(key, entry), entry)
+
+    def sharpened(self, tip: Tip, samples: Samples) -> tuple[Extreme, ...]:
+        """The extremes, each searched on from the best sample; distances are no longer squared."""
+        found = {}
+        for (name, sign), (_, index) in self._best.items():
+            start = samples.at(np.array([index]))[:, 0]
+            found[name, sign] = sign * _descend(_signed(tip, self._figures[name], sign), start, samples)
+        lengths = {key: value if key[0] in "xyz" else float(np.sqrt(max(value, 0.0))) for key, value in found.items()}
+        return tuple(Extreme(name, lengths[name, 1], lengths[name, -1]) for name in self._figures)
+
+
+def _signed(tip: Tip, figure: Figure, sign: int) -> Callable[[FloatArray], FloatArray]:
+    """Joint vectors to what is to become small."""
+    return lambda q: sign * figure(tip.position(q))
+
+
+def _descend(value: Callable[[FloatArray], FloatArray], q: FloatArray, samples: Samples) -> float:
+    """The smallest value that a compass search reaches within the bounds."""
+    best = float(value(q[:, None])[0])
+    directions = np.zeros((len(q), 2 * len(samples.movers)))
+    for place, mover in enumerate(samples.movers):
+        directions[mover, 2 * place : 2 * place + 2] = np.array([1.0, -1.0]) * np.ptp(samples.box[mover])
+    step = _WIDEST_STEP
+    for _ in range(_MOVES * bool(samples.movers)):
+        tries = np.clip(q[:, None] + step * directions, samples.bounds[:, :1], samples.bounds[:, 1:])
+        values = value(tries)
+        place = int(values.argmin())
+        if values[place] < best:
+            best, q = float(values[place]), tries[:, place]
+        elif step > _FINEST_STEP:
+            step /= 2
+        else:
+            break
+    return best

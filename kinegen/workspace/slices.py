@@ -1,0 +1,217 @@
+"""A workspace as a picture: cuts through its voxels, one for each axis, or the whole of a planar one.
+
+In: a survey. Out: the bytes of a PNG or SVG file, the same for the same survey. Each panel shows what is reached in one
+plane, and behind it, lighter, the shadow of the whole region on that plane.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen.errors import KinegenError
+from kinegen.workspace.optional import library
+from kinegen.workspace.sample import FloatArray
+from kinegen.workspace.survey import Workspace
+from kinegen.workspace.voxels import Voxels
+
+FORMATS = (".png", ".svg")
+
+_REACHED, _SHADOW, _LINES = "#1b6ca8", "#cfdfec", "#8a97a3"
+_PURPOSE = "drawing slices"
+# Of the picture, in inches.
+_WIDTH, _ALONE, _NARROWEST, _HIGHEST = 11.0, 4.8, 5.6, 7.0
+_LABELS, _TITLES, _FOOT = 0.75, 1.7, 0.45
+_RESOLUTION = 150  # dots an inch, of PNG
+_STYLE = {"svg.hashsalt": "kinegen", "svg.fonttype": "none", "font.family": "DejaVu Sans", "font.size": 10}
+
+
+@dataclass(frozen=True, slots=True)
+class Slice:
+    """What one panel shows.
+
+    Attributes:
+        across: Place of its horizontal axis among those of the region.
+        up: Place of its vertical axis.
+        at: Where it cuts the third axis; None where there is no third.
+        corner: Shape (2,), coordinates of its lower left corner.
+        size: Edge of a voxel.
+        reached: Shape (n, m), along the two axes: what the tip reaches in this plane.
+        shadow: Shape (n, m), what it reaches anywhere along the third axis.
+    """
+
+    across: int
+    up: int
+    at: float | None
+    corner: FloatArray
+    size: float
+    reached: NDArray[np.bool_]
+    shadow: NDArray[np.bool_]
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a picture before anything is computed for it.
+
+    Args:
+        path: Where it should go.
+
+    Raises:
+        KinegenError: If its name ends in none of `FORMATS`, or matplotlib is not installed.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise KinegenError(f"{path}: slices are written as {' or '.join(FORMATS)}, expected a name that ends so")
+    library("matplotlib", _PURPOSE)
+
+
+def make_slices(workspace: Workspace) -> tuple[Slice, ...]:
+    """Cut the region.
+
+    Args:
+        workspace: A survey.
+
+    Returns:
+        For a region in space a cut across z, y and x each: upright ones through the axis of the first joint where that
+        is upright, and where the cut is largest otherwise. For one that lies in a plane, that plane.
+
+    Raises:
+        KinegenError: If the tip stands still or moves along a straight line, which has no slices.
+    """
+    if workspace.tally is None or len(workspace.shape.axes) == 1:
+        raise KinegenError(f"the tip of {workspace.robot} sweeps a {workspace.shape.kind}, which has no slices")
+    voxels = _trimmed(workspace.tally.halves)
+    if voxels.hit.ndim == 2:
+        return (Slice(0, 1, None, voxels.corner, voxels.size, voxels.hit, voxels.hit),)
+    return tuple(
+        _cut(voxels, across, up, _place(workspace, voxels, 3 - across - up)) for across, up in ((0, 1), (0, 2), (1, 2))
+    )
+
+
+def _trimmed(voxels: Voxels) -> Voxels:
+    """Without most of the free voxels around; the base stays in."""
+    dimensions = voxels.hit.ndim
+    base = np.clip((-voxels.corner // voxels.size).astype(int), 0, np.array(voxels.hit.shape) - 1)
+    hits = np.concatenate([np.argwhere(voxels.hit), base[None]])
+    margin = 2 + np.ptp(hits, axis=0).max() // 40
+    low = np.maximum(hits.min(axis=0) - margin, 0)
+    high = np.minimum(hits.max(axis=0) + margin + 1, voxels.hit.shape)
+    kept = voxels.hit[tuple(slice(low[axis], high[axis]) for axis in range(dimensions))]
+    return Voxels(voxels.size, voxels.corner + low * voxels.size, kept)
+
+
+def _place(workspace: Workspace, voxels: Voxels, axis: int) -> int:
+    """Number of the voxel where to cut an axis."""
+    line = workspace.axis
+    if line is not None and axis < 2 and abs(line.direction[2]) > 1 - 1e-9:
+        place = int((line.point[axis] - voxels.corner[axis]) // voxels.size)
+        if 0 <= place < voxels.hit.shape[axis] and np.take(voxels.hit, place, axis).any():
+            return place
+    areas = voxels.hit.sum(axis=tuple(other for other in range(3) if other != axis))
+    # In the middle of the places that are equally good, such as those of a box.
+    best = np.flatnonzero(areas >= 0.995 * areas.max())
+    return int(best[len(best) // 2])
+
+
+def _cut(voxels: Voxels, across: int, up: int, place: int) -> Slice:
+    third = 3 - across - up
+    at = float(voxels.corner[third] + (place + 0.5) * voxels.size)
+    corner = voxels.corner[[across, up]]
+    reached, shadow = np.take(voxels.hit, place, third), np.asarray(voxels.hit.any(axis=third))
+    return Slice(across, up, at, corner, voxels.size, reached, shadow)
+
+
+def draw(workspace: Workspace, kind: str) -> bytes:
+    """Draw the slices.
+
+    Args:
+        workspace: A survey.
+        kind: Ending of the file name, one of `FORMATS`.
+
+    Returns:
+        The content of the file.
+
+    Raises:
+        KinegenError: If there are no slices, or matplotlib is not installed.
+    """
+    slices = make_slices(workspace)
+    matplotlib, figures = library("matplotlib", _PURPOSE), library("matplotlib.figure", _PURPOSE)
+    with matplotlib.rc_context(_STYLE):
+        figure = figures.Figure(figsize=_size(slices))
+        widths = [each.reached.shape[0] for each in slices]
+        panels = figure.subplots(1, len(slices), squeeze=False, width_ratios=widths)[0]
+        for axes, each in zip(panels, slices, strict=True):
+            _panel(axes, workspace, each)
+        figure.suptitle(_title(workspace), fontsize=11)
+        _legend(figure, with_shadow=len(slices) > 1)
+        figure.tight_layout(rect=(0, _FOOT / figure.get_figheight(), 1, 1))
+        buffer = io.BytesIO()
+        metadata = {"Date": None} if kind.lower() == ".svg" else {}
+        figure.savefig(buffer, format=kind.lower().lstrip("."), dpi=_RESOLUTION, metadata=metadata)
+    return buffer.getvalue()
+
+
+def _size(slices: tuple[Slice, ...]) -> tuple[float, float]:
+    """Width and height of the picture in inches: all panels on one scale, as large as they fit."""
+    across = sum(each.reached.shape[0] for each in slices)
+    up = max(each.reached.shape[1] for each in slices)
+    scale = min((_WIDTH if len(slices) > 1 else _ALONE) / across, _HIGHEST / up)
+    return max(_NARROWEST, scale * across + _LABELS * len(slices)), scale * up + _TITLES
+
+
+def _panel(axes: Any, workspace: Workspace, each: Slice) -> None:
+    names, unit = workspace.shape.names, workspace.unit
+    (left, low), (right, high) = each.corner, each.corner + np.array(each.shadow.shape) * each.size
+    # A list of tones, not a scale: 0 is the paper.
+    tones = np.where(each.reached, 2, np.where(each.shadow, 1, 0)).T
+    palette = np.array([_rgb(tone) for tone in ("#ffffff", _SHADOW, _REACHED)], np.uint8)
+    extent = (left, right, low, high)
+    axes.imshow(palette[tones], origin="lower", extent=extent, interpolation="nearest", aspect="equal")
+    # Every axis is counted from the base.
+    x = y = 0.0
+    axes.plot(x, y, marker="+", markersize=11, markeredgewidth=1.6, color="black", linestyle="none")
+    axes.set_xlim(min(left, x - each.size), max(right, x + each.size))
+    axes.set_ylim(min(low, y - each.size), max(high, y + each.size))
+    axes.set_xlabel(f"{names[each.across]} [{unit}]")
+    axes.set_ylabel(f"{names[each.up]} [{unit}]")
+    axes.locator_params(nbins=7)
+    axes.grid(color=_LINES, linewidth=0.4, alpha=0.5)
+    if each.at is not None:
+        axes.set_title(f"{names[3 - each.across - each.up]} = {_rounded(each.at, each.size)} {unit}", fontsize=10)
+
+
+def _legend(figure: Any, *, with_shadow: bool) -> None:
+    patches, lines = (library(f"matplotlib.{name}", _PURPOSE) for name in ("patches", "lines"))
+    entries = [patches.Patch(color=_REACHED, label="reached in this plane" if with_shadow else "reached")]
+    if with_shadow:
+        entries.append(patches.Patch(color=_SHADOW, label="reached in front of it or behind it"))
+    entries.append(lines.Line2D([], [], marker="+", color="black", linestyle="none", markersize=9, label="base"))
+    figure.legend(handles=entries, loc="lower center", ncols=len(entries), frameon=False)
+
+
+def _title(workspace: Workspace) -> str:
+    """The robot, and what its workspace measures; axes of a slanting plane are said where they lie."""
+    shape, unit = workspace.shape, workspace.unit
+    lines = [f"Workspace of {workspace.robot}, {workspace.tip.name}"]
+    if workspace.tally is not None and shape.fills:
+        counted = workspace.tally.counts[2]
+        what, power = (("area", "²"), ("volume", "³"))[shape.dimension - 2]
+        lines.append(f"{what} {counted.measure:.4g} {unit}{power}, {counted.poses:,} poses")
+    if shape.names == ("u", "v"):
+        axes = (", ".join(f"{entry:.3f}" for entry in axis) for axis in shape.axes)
+        lines.append("; ".join(f"{name} along ({text})" for name, text in zip(shape.names, axes, strict=True)))
+    return "\n".join(lines)
+
+
+def _rgb(shade: str) -> list[int]:
+    return [int(shade[place : place + 2], 16) for place in (1, 3, 5)]
+
+
+def _rounded(value: float, size: float) -> str:
+    """A coordinate, as exactly as a voxel knows it."""
+    text = f"{value:.{max(0, -math.floor(math.log10(size)))}f}"
+    return text.removeprefix("-") if not text.strip("-0.") else text

@@ -1,0 +1,259 @@
+"""The survey of a workspace: samples through the kernel into voxels and extremes, a block at a time.
+
+Threads draw blocks of samples, evaluate the kernel and number the voxels; one collects, in the order of the blocks, so
+that the result depends on nothing but the robot, the options and the seed. A few blocks are under way at any time: the
+memory taken is that of the grid, however many samples there are.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinegen.errors import KinegenError
+from kinegen.robot.model import Robot
+from kinegen.workspace.ranges import Range
+from kinegen.workspace.reach import Best, Extreme, Extremes, Line, first_axis
+from kinegen.workspace.rim import Rim, Seeker, fill_rim
+from kinegen.workspace.sample import FloatArray, Samples, sequence
+from kinegen.workspace.shape import Shape, find_shape
+from kinegen.workspace.tip import Tip
+from kinegen.workspace.voxels import CellArray, Grid, Voxels
+
+_BLOCK = 1 << 16
+"""Samples that fit into a processor's second cache together with what becomes of them."""
+
+_PILOT = 1 << 14
+_SAMPLES_A_VOXEL = 100
+"""On average over the box around the region; the rim gets far fewer, and half-size voxels an eighth."""
+
+_FEWEST_ACROSS = 10
+"""Voxels along the longest side of a region, however few samples there are."""
+
+MOST_SAMPLES = 10**11
+"""Places in the sequence keep enough digits up to here."""
+
+
+@dataclass(frozen=True, slots=True)
+class SurveyOptions:
+    """How to survey.
+
+    Attributes:
+        samples: Number of joint vectors.
+        voxel: Edge of a voxel in the file's length unit; None for one that suits the number of samples.
+        seed: Decides where the sequence of samples begins.
+        threads: Threads to compute with; 0 for one on each processor.
+    """
+
+    samples: int
+    voxel: float | None = None
+    seed: int = 0
+    threads: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """What the region measured at one size of voxel and one number of poses.
+
+    Attributes:
+        voxel: Edge of a voxel.
+        poses: Poses so far: samples, then those that the search of the rim took.
+        hit: Voxels that were hit.
+        measure: Length, area or volume; None where the region has none in the space that holds it.
+    """
+
+    voxel: float
+    poses: int
+    hit: int
+    measure: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """What the voxels say.
+
+    Attributes:
+        counts: Half of the samples, all of them, those at the rim too, and the same in voxels of half the size.
+        voxels: The voxels of the size asked for.
+        halves: Those of half the size.
+        q: Shape (dof, voxels hit), for each voxel the joint vector of the first sample that hit it.
+    """
+
+    counts: tuple[Count, Count, Count, Count]
+    voxels: Voxels
+    halves: Voxels
+    q: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """What a survey found; lengths are in the file's unit, points in the base frame.
+
+    Attributes:
+        robot: Name of the robot.
+        tip: Its tip.
+        unit: Unit of lengths.
+        shape: What kind of region the tip sweeps.
+        extremes: Extents x, y, z, distances from the base's origin (`base`) and from the first joint's axis (`axis`).
+        axis: That axis; None where the first joint slides.
+        tally: Its voxels; None where the tip stands still.
+        samples: The sequence that the numbers of samples stand for.
+        seconds: What sampling took.
+    """
+
+    robot: str
+    tip: Tip
+    unit: str
+    shape: Shape
+    extremes: tuple[Extreme, ...]
+    axis: Line | None
+    tally: Tally | None
+    samples: Samples
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Block:
+    """What becomes of one block of samples: extremes, and the numbers of voxels."""
+
+    start: int
+    extremes: Best
+    cells: CellArray | None
+
+
+def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOptions) -> Workspace:
+    """Survey the region that a tip reaches.
+
+    Args:
+        robot: The robot.
+        tip: Its tip.
+        ranges: What each joint variable runs through.
+        options: How many samples, and how fine.
+
+    Returns:
+        Extents and distances, sharpened by a search; length, area or volume by voxels. Equal options give equal
+        results, on any number of threads.
+
+    Raises:
+        KinegenError: If voxels are too small for the region, or the kernel gives no position for some joint values.
+    """
+    begin = time.perf_counter()
+    samples = sequence(ranges, tip.movers, options.seed)
+    pilot = _positions(tip, samples, 0, _PILOT)
+    shape = find_shape(tip, samples, pilot)
+    axis = first_axis(robot, tip)
+    extremes = Extremes(axis)
+    grid = None
+    if len(shape.axes):
+        grid = Grid(options.voxel or _usual_voxel(shape, pilot, options.samples), len(shape.axes), robot.units.length)
+    half = _collect(options, _Sieve(tip, samples, shape, extremes, grid))
+    tally = None
+    if grid is not None and half is not None:
+        tally = _tally(grid, half, Seeker(tip, samples, shape), options.samples)
+    return Workspace(
+        robot=robot.name,
+        tip=tip,
+        unit=robot.units.length,
+        shape=shape,
+        extremes=extremes.sharpened(tip, samples),
+        axis=axis,
+        tally=tally,
+        samples=samples,
+        seconds=time.perf_counter() - begin,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Sieve:
+    """Everything that a block of samples goes through."""
+
+    tip: Tip
+    samples: Samples
+    shape: Shape
+    extremes: Extremes
+    grid: Grid | None
+
+    def sift(self, start: int, end: int) -> _Block:
+        points = _positions(self.tip, self.samples, start, end)
+        along = points if len(self.shape.axes) == 3 else self.shape.axes @ points
+        cells = None if self.grid is None else self.grid.cells(along)
+        return _Block(start, self.extremes.of(points, start), cells)
+
+    def keep(self, block: _Block) -> None:
+        self.extremes.keep(block.extremes)
+        if self.grid is not None and block.cells is not None:
+            self.grid.add(block.cells, block.start)
+
+
+def _collect(options: SurveyOptions, sieve: _Sieve) -> Voxels | None:
+    """Take in all samples; returns the voxels as they are after half of them."""
+    halfway = None
+    for block in _ahead(sieve, options):
+        if block.start == options.samples // 2 and sieve.grid is not None:
+            halfway = sieve.grid.whole()
+        sieve.keep(block)
+    return halfway
+
+
+def _ahead(sieve: _Sieve, options: SurveyOptions) -> Iterator[_Block]:
+    """The blocks in order, a few of them computed ahead."""
+    threads = options.threads or len(os.sched_getaffinity(0))
+    with ThreadPoolExecutor(threads, "kinegen-workspace") as pool:
+        waiting: deque[Future[_Block]] = deque()
+        try:
+            for start, end in _spans(options.samples):
+                waiting.append(pool.submit(sieve.sift, start, end))
+                if len(waiting) > 2 * threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def _spans(samples: int) -> Iterator[tuple[int, int]]:
+    """Where blocks begin and end; one begins at half of the samples."""
+    for low, high in ((0, samples // 2), (samples // 2, samples)):
+        for start in range(low, high, _BLOCK):
+            yield start, min(start + _BLOCK, high)
+
+
+def _positions(tip: Tip, samples: Samples, start: int, end: int) -> FloatArray:
+    points = tip.position(samples.at(np.arange(start, end)))
+    if not np.isfinite(points).all():
+        raise KinegenError(
+            "some joint values within the limits are too large for the kernel, which then gives no position; "
+            "expected limits of a few turns"
+        )
+    return points
+
+
+def _usual_voxel(shape: Shape, pilot: FloatArray, samples: int) -> float:
+    """A round size that samples can fill."""
+    lengths = np.ptp(shape.axes @ pilot, axis=1)
+    size = float(np.prod(lengths) * _SAMPLES_A_VOXEL / samples) ** (1 / len(lengths))
+    size = min(size, float(lengths.max()) / _FEWEST_ACROSS)
+    power = 10.0 ** math.floor(math.log10(size))
+    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= size * (1 - 1e-9))
+
+
+def _tally(grid: Grid, half: Voxels, seeker: Seeker, number: int) -> Tally:
+    full, samples = grid.whole(), seeker.samples
+    # What does not fill its space has no rim that is worth a search.
+    rim = fill_rim(grid, seeker, number) if seeker.shape.fills else Rim(0, np.empty((len(samples.box), 0)))
+    voxels, halves = grid.whole(), grid.halves()
+    stages = ((half, number // 2), (full, number), (voxels, number + rim.poses), (halves, number + rim.poses))
+    first, second, third, last = (
+        Count(each.size, poses, each.count, each.measure if seeker.shape.fills else None) for each, poses in stages
+    )
+    firsts = grid.firsts()
+    q = np.concatenate([samples.at(firsts[firsts < number]), rim.q[:, firsts[firsts >= number] - number]], axis=1)
+    return Tally((first, second, third, last), voxels, halves, q)
