@@ -5,8 +5,10 @@ from __future__ import annotations
 from kinegen.errors import KinegenError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
+from kinegen.symbolic import actuators_kernels
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
+from kinegen.symbolic.inverse.derive import derive_inverse
 from kinegen.symbolic.jacobian import derive_jacobian
 from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation, derive_orientation_jacobian
 from kinegen.symbolic.parameters import derive_parameter_jacobian
@@ -41,6 +43,10 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
             return derive_parameter_jacobian(robot, quantity)
         case Kind.INVERSE_POSE | Kind.TRANSFORM_POINT | Kind.ADJOINT:
             return derive_se3(robot, quantity)
+        case Kind.INVERSE:
+            return derive_inverse(robot, quantity)
+        case kind if kind in actuators_kernels.KINDS:
+            return actuators_kernels.derive_actuators(robot, quantity)
         case kind if kind in FORMS:
             return derive_orientation(robot, quantity)
         case kind if kind in JACOBIANS:

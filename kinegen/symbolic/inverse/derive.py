@@ -1,0 +1,71 @@
+"""The inverse as a kernel: a pose in, the joint vectors of all branches out."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from kinegen.errors import KinegenError
+from kinegen.outputs import Array, Quantity
+from kinegen.robot.model import TOOL, Robot
+from kinegen.symbolic.expressions import Expressions, Tape
+from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.symbolic.inverse.solutions import joint_values
+from kinegen.symbolic.inverse.solve import Target, solve
+from kinegen.symbolic.inverse.steps import Steps
+from kinegen.symbolic.signatures import parameter_symbols, signature
+from kinegen.symbolic.transforms import symbols
+
+POSE = Array(f"base_T_{TOOL}", (4, 4), is_pose=True)
+
+
+def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
+    """All joint vectors that put the tool into a pose.
+
+    A branch is valid (1) where the target is within reach, within 1e-11 of it for the squared cosines of the elbow and
+    the waist, and every joint is within its limits, within 1e-9; else its number is 0 and its joint values mean
+    nothing: any number, or NaN. A valid branch holds no NaN. The attitude of the target must be a rotation.
+
+    Args:
+        robot: The robot.
+        quantity: The quantity.
+
+    Returns:
+        `solutions` (branches, dof), in the order of the family's branches, and `valid` (branches,).
+
+    Raises:
+        KinegenError: If the arm is of no family; the message says which conditions fail.
+    """
+    family = family_of(robot)
+    names = [[sp.Dummy(f"r{row}{column}", real=True) for column in "123"] for row in "123"]
+    rotation: tuple[Vector, ...] = tuple((row[0], row[1], row[2]) for row in names)
+    position = (sp.Dummy("px", real=True), sp.Dummy("py", real=True), sp.Dummy("pz", real=True))
+    tape = Tape()
+    steps = Steps(tape, family.axes.value)
+    target = Target((rotation[0], rotation[1], rotation[2]), position)
+    found = [joint_values(steps, solution) for solution in solve(steps, family, target)]
+    branches = len(family.branches)
+    results = (Array("solutions", (branches, robot.dof)), Array("valid", (branches,)))
+    return Expressions(
+        signature=signature(robot, quantity, (POSE,), *results),
+        variables=tuple(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)),
+        parameters=parameter_symbols(robot, symbols(robot, keep_parameters=False)),
+        definitions=tuple(tape.definitions),
+        entries=(*(value for values, _ in found for value in values), *(valid for _, valid in found)),
+    )
+
+
+def family_of(robot: Robot) -> Family:
+    """The family of a robot.
+
+    Raises:
+        KinegenError: If it is of none.
+    """
+    family = recognise(robot)
+    if isinstance(family, Unknown):
+        raise KinegenError(
+            f"{robot.name} has no closed-form inverse here: {'; '.join(family.reasons)}; "
+            "the numeric inverse serves every arm"
+        )
+    return family
