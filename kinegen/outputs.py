@@ -71,6 +71,10 @@ class Kind(StrEnum):
     TRANSFORM_POINT = "transform_point"
     ADJOINT = "adjoint"
     INVERSE = "inverse"
+    ACTUATORS_TO_JOINTS = "actuators_to_joints"
+    JOINTS_TO_ACTUATORS = "joints_to_actuators"
+    FK_ACTUATORS = "fk_actuators"
+    JACOBIAN_ACTUATORS = "jacobian_actuators"
 
 
 class Reference(StrEnum):
@@ -85,8 +89,23 @@ class Reference(StrEnum):
     WORLD = "world"
 
 
-_REFERRED = (Kind.JACOBIAN, Kind.FK_JACOBIAN, Kind.TWIST, Kind.BIAS_ACCELERATION, Kind.ACCELERATION)
-_FRAMELESS = (Kind.FRAMES, Kind.INVERSE_POSE, Kind.TRANSFORM_POINT, Kind.ADJOINT, Kind.INVERSE)
+_REFERRED = (
+    Kind.JACOBIAN,
+    Kind.FK_JACOBIAN,
+    Kind.TWIST,
+    Kind.BIAS_ACCELERATION,
+    Kind.ACCELERATION,
+    Kind.JACOBIAN_ACTUATORS,
+)
+_FRAMELESS = (
+    Kind.FRAMES,
+    Kind.INVERSE_POSE,
+    Kind.TRANSFORM_POINT,
+    Kind.ADJOINT,
+    Kind.INVERSE,
+    Kind.ACTUATORS_TO_JOINTS,
+    Kind.JOINTS_TO_ACTUATORS,
+)
 
 
 @dataclass(frozen=True, slots=True)
