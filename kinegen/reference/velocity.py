@@ -44,12 +44,17 @@ class Kinematics:
         self.robot = robot
         self.exact = exact
         self._params = params or {}
-        self._q = self._rows(q)
-        self._known: dict[Any, dict[str, Series]] = {}
+        self.q = self._rows(q)
+        self._places: dict[str, Numbers] = {}
+        self._by_order: dict[int, dict[str, Series]] = {}
 
     def pose(self, frame: str) -> Numbers:
         """Pose `base_T_frame`, shape (N, 4, 4)."""
-        return self._part(self._by_joints(1)[frame], ())
+        if not self._places:
+            with mpmath.workdps(DIGITS):
+                kind = self._kind()
+                self._places = chain(self.robot, values_of(self.robot, list(self.q.T), self._params, kind), kind)
+        return np.broadcast_to(self._places[frame], (len(self.q), 4, 4))
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Geometric Jacobian, shape (N, 6, dof): velocities of the frame at unit rates of the joints."""
@@ -62,7 +67,7 @@ class Kinematics:
         with mpmath.workdps(DIGITS):
             columns = [self._velocity(place, joint, reference) for joint in joints]
             blocks = [self._joined([self._read(column, (other,)) for column in columns]) for other in joints]
-        return np.stack(blocks, axis=1) if blocks else np.zeros((len(self._q), 0, 6, 0))
+        return np.stack(blocks, axis=1) if blocks else np.zeros((len(self.q), 0, 6, 0))
 
     def twist(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """Velocity, shape (N, 6), at joint rates (N, dof)."""
@@ -94,15 +99,15 @@ class Kinematics:
         return digit_arrays() if self.exact else FLOATS
 
     def _by_joints(self, order: int) -> dict[str, Series]:
-        """All poses in small changes of the joints; a second order serves for the first one."""
-        if (order,) not in self._known:
-            q = [Series({(): entry, (joint,): 1}, order) for joint, entry in enumerate(self._q.T)]
-            self._known[(order,)] = self._chain(q, {}, order)
-        return self._known[(order,)]
+        """All poses in small changes of the joints."""
+        if order not in self._by_order:
+            q = [Series({(): entry, (joint,): 1}, order) for joint, entry in enumerate(self.q.T)]
+            self._by_order[order] = self._chain(q, {}, order)
+        return self._by_order[order]
 
     def _in_time(self, qd: ArrayLike, qdd: ArrayLike) -> dict[str, Series]:
         """All poses in a small time, with q(t) = q + t qd + t^2/2 qdd."""
-        motions = zip(self._q.T, self._rows(qd).T, self._rows(qdd).T, strict=True)
+        motions = zip(self.q.T, self._rows(qd).T, self._rows(qdd).T, strict=True)
         return self._chain([Series({(): at, (0,): rate, (0, 0): more / 2}, 2) for at, rate, more in motions], {}, 2)
 
     def _by_parameters(self, names: tuple[str, ...]) -> dict[str, Series]:
@@ -110,7 +115,7 @@ class Kinematics:
         found = {entry.name: evaluate(entry.value, {}, self._kind().arithmetic) for entry in self.robot.parameters}
         found |= self._params
         return self._chain(
-            list(self._q.T), {name: Series({(): found[name], (at,): 1}, 1) for at, name in enumerate(names)}, 1
+            list(self.q.T), {name: Series({(): found[name], (at,): 1}, 1) for at, name in enumerate(names)}, 1
         )
 
     def _chain(self, q: list[Any], params: Mapping[str, Any], order: int) -> dict[str, Series]:
@@ -121,7 +126,7 @@ class Kinematics:
     def _part(self, place: Series, monomial: Monomial) -> Numbers:
         """One coefficient, for every configuration."""
         found = place.parts.get(monomial)
-        shape = (len(self._q), 4, 4)
+        shape = (len(self.q), 4, 4)
         return np.zeros(shape) if found is None else np.broadcast_to(found, shape)
 
     def _columns(self, place: Series, count: int, reference: Reference) -> Numbers:
@@ -143,7 +148,7 @@ class Kinematics:
         return np.stack([*(point[:, row, 3] for row in range(3)), *angular], axis=1)
 
     def _joined(self, columns: list[Numbers]) -> Numbers:
-        return np.stack(columns, axis=-1) if columns else np.zeros((len(self._q), 6, 0))
+        return np.stack(columns, axis=-1) if columns else np.zeros((len(self.q), 6, 0))
 
 
 def _inverse(place: Series) -> Series:

@@ -25,9 +25,9 @@ from kinegen.native.compiler import Compiler, find_compiler
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.verify.integers import FloatArray, Integers, integer_samples, parameters, unit
-from kinegen.verify.proof import Comparison, Proof, expected_results
+from kinegen.verify.known import quantity_frames
+from kinegen.verify.proof import Comparison, Proof
 from kinegen.verify.tolerances import TOLERANCES
-from kinegen.verify.vectors import quantity_frames
 
 _FLAGS = ("-std=c99", "-O1", "-shared", "-fPIC")
 
@@ -142,7 +142,7 @@ def _compare(
     fixed: FixedKernels, program: FixedProgram, points: FloatArray, result: Integers, known: dict[str, FloatArray]
 ) -> Comparison:
     robot, quantity = fixed.robot, program.program.quantity
-    expected = expected_results(robot, quantity, known)
+    expected = np.stack([known[frame] for frame in quantity_frames(robot, quantity)], axis=1)
     extent = reach(robot, robot.frame_names)
     length, number = 0.5**fixed.scales.length, 0.5**NUMBER_BITS
     rotation = np.zeros(expected.shape[:2])

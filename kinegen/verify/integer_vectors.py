@@ -16,8 +16,8 @@ from kinegen.emit.fixed.vectors import FixedVectors, IntegerRow, emit_fixed_vect
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.fixed.program import FixedProgram
 from kinegen.verify.integers import ENDS, exact_parameters, exact_point, quantised
+from kinegen.verify.known import quantity_frames
 from kinegen.verify.samples import vector_samples
-from kinegen.verify.vectors import quantity_frames
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from kinegen import reference
 from kinegen.emit.accuracy import error_bound, two_digits
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.ir.bounds import has_rules
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.model import Robot
@@ -46,7 +47,8 @@ def precision_notes(kernels: Kernels, reals: tuple[Real, ...]) -> tuple[str, ...
     programs = places or [program for program in kernels.programs if program.quantity == Quantity.FRAMES]
     notes = []
     for real in reals:
-        worst = max((max(error_bound(kernels, program, real).position) for program in programs), default=0.0)
+        bounds = [error_bound(kernels, program, real) for program in programs if has_rules(program)]
+        worst = max((max(each.position) for each in bounds), default=0.0)
         if worst > COARSE * covered:
             found = f"{real} results may be off by {two_digits(worst)} {unit} where the tip covers {covered:.3g} {unit}"
             notes.append(f"{found}: {_advice(robot, real, covered)}")

@@ -3,29 +3,43 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import ModuleType
+from typing import Any
 
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen import reference
 from kinegen.errors import ProofError
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Kind, Quantity
 from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
-from kinegen.verify.samples import proof_samples, vector_samples
+from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
+from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.known import Known
+from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
 from kinegen.verify.tolerances import accepted_error
-from kinegen.verify.vectors import quantity_frames
-from kinegen.verify.ways import DTYPES, Floats, ways_to_call
+from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
 
 MOVED_POSES = 1024
 """Joint vectors that are tried with other values of the runtime parameters."""
+
+NUMBERS = 200_000
+"""Kernels with large results are tried at about as many joint vectors as give so many numbers."""
+
+EXACT_NUMBERS = 1500
+"""The same in 50 digits."""
+
+LAW_POSES = 4
+"""Singular joint vectors, and as many others, at which Jacobians are held against differences and each other."""
+
+_PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
+"""Kinds that say where frames are; they are tried at all joint vectors."""
 
 _FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
@@ -38,8 +52,9 @@ class Comparison:
         target: What was called, such as `C double, batch`.
         quantity: What it computes.
         poses: Number of joint vectors.
-        position_error: Largest error of a coordinate, in the file's length unit.
-        rotation_error: Largest error of an entry of a rotation (for small errors, radians).
+        position_error: Largest error of a coordinate, or of any other entry that is a length for each unit of what is
+            differentiated by; in the file's length unit.
+        rotation_error: Largest error of an entry of a rotation (for small errors, radians), or of any other entry.
         position_tolerance: What was accepted.
         rotation_tolerance: What was accepted.
         worst: Joint vector of the largest error, relative to its tolerance.
@@ -114,7 +129,9 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         moved, values = move_parameters(robot)
         others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
         comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
-    comparisons += [_exact(robot, package, quantity) for quantity in quantities if "double" in reals]
+    if "double" in reals:
+        comparisons += _compare_exactly(robot, package, quantities)
+        comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
     return Proof(reach(robot), tuple(comparisons))
 
 
@@ -148,88 +165,93 @@ def _compare_ways(
 ) -> list[Comparison]:
     comparisons = []
     for real in reals:
-        points = samples.astype(DTYPES[real])
-        known = reference.frames(robot, points.astype(np.float64))
+        store = _Store(robot, DTYPES[real], exact=False)
         for quantity in quantities:
-            expected = expected_results(robot, quantity, known)
-            for way in ways_to_call(package, quantity, real, parameters):
-                result = way.call(points)
-                comparisons.append(_compare(robot, quantity, way.target, points, result, expected, real))
+            kernel = getattr(package, quantity.function)
+            points = samples if quantity.kind in _PLACES else _fewer(samples, kernel.results, NUMBERS)
+            inputs, expectation = store.expect(quantity, kernel.inputs, points)
+            ways = ways_to_call(package, quantity, real, parameters)
+            comparisons += [_compare(expectation, way.target, way.call(inputs), real) for way in ways]
     return comparisons
 
 
-def expected_results(robot: Robot, quantity: Quantity, known: dict[str, FloatArray]) -> FloatArray:
-    """Reference results of one quantity, as matrices (N, frames, 4, 4)."""
-    return np.stack([known[frame] for frame in quantity_frames(robot, quantity)], axis=1)
+def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+    """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
+    comparisons = []
+    store = _Store(robot, DTYPES["double"], exact=True)
+    places = vector_samples(robot)
+    others = np.concatenate([singular_samples(robot), places])
+    for quantity in quantities:
+        kernel = getattr(package, quantity.function)
+        points = places if quantity.kind in _PLACES else _fewer(others, kernel.results, EXACT_NUMBERS)
+        inputs, expectation = store.expect(quantity, kernel.inputs, points)
+        results = results_of(kernel, None, inputs)
+        comparisons.append(_compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
+    return comparisons
 
 
-def _compare(
-    robot: Robot,
-    quantity: Quantity,
-    target: str,
-    points: Floats,
-    result: Floats,
-    expected: FloatArray,
-    real: str,
-) -> Comparison:
-    extent = reach(robot, quantity_frames(robot, quantity))
-    relative = accepted_error(robot, real)
-    frames = quantity_frames(robot, quantity)
-    if quantity.is_pose:
-        found = result.reshape(expected.shape).astype(np.float64)
-        rotation = np.abs(found[..., :3, :3] - expected[..., :3, :3]).max(axis=(2, 3))
-        rotation = np.maximum(rotation, np.abs(found[..., 3, :] - (0.0, 0.0, 0.0, 1.0)).max(axis=2))
-        position = np.abs(found[..., :3, 3] - expected[..., :3, 3]).max(axis=2)
-    else:
-        position = np.abs(result.reshape(len(points), len(frames), 3) - expected[..., :3, 3]).max(axis=2)
-        rotation = np.zeros_like(position)
-    severity = np.nan_to_num(np.maximum(position / extent, rotation), nan=np.inf)
-    row, column = np.unravel_index(np.argmax(severity), severity.shape)
+def _compare_laws(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+    """Jacobians against differences of poses, and against each other."""
+    comparisons = []
+    points = np.concatenate([singular_samples(robot)[:LAW_POSES], vector_samples(robot)[-LAW_POSES:]])
+    known, results = Known(robot, {"q": points}), {}
+    by_differences = ByDifferences(robot, {"q": points}, exact=True)
+    for quantity in quantities:
+        kernel = getattr(package, quantity.function)
+        results[quantity] = results_of(kernel, None, (points,))
+        target = f"{_language(kernel)}, differences"
+        comparisons.append(_compare(expect(by_differences, quantity), target, results[quantity], "double"))
+    for quantity, expectation, found in by_adjoint(known, results):
+        target = f"{_language(getattr(package, quantity.function))}, adjoint"
+        comparisons.append(replace(_compare(expectation, target, found, "double"), quantity=quantity))
+    return comparisons
+
+
+def _language(kernel: Any) -> str:
+    return "C double" if kernel.backend == "c" else "NumPy double"
+
+
+class _Store:
+    """The reference at the inputs of all kernels of one number type, each asked once."""
+
+    def __init__(self, robot: Robot, dtype: Any, *, exact: bool) -> None:
+        self._robot, self._dtype, self._exact = robot, dtype, exact
+        self._known: dict[Any, Known] = {}
+
+    def expect(self, quantity: Quantity, arrays: Sequence[Array], points: FloatArray) -> tuple[Arrays, Expectation]:
+        """The inputs of a kernel, and what it must return for them."""
+        key = len(points), *(array.name for array in arrays)
+        known = self._known.get(key)
+        if known is None:
+            values = input_samples(self._robot, arrays, points)
+            rounded = {name: value.astype(self._dtype).astype(np.float64) for name, value in values.items()}
+            known = self._known[key] = Known(self._robot, rounded, exact=self._exact)
+        return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
+
+
+def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
+    """Every second joint vector, or fourth and so on, for kernels with large results."""
+    size = sum(math.prod(result.shape) for result in results)
+    stride = 1
+    while len(points) * size > 2 * stride * numbers:
+        stride *= 2
+    return points[::stride]
+
+
+def _compare(expectation: Expectation, target: str, results: Arrays, real: str) -> Comparison:
+    known = expectation.known
+    position, rotation = expectation.errors(results)
+    relative = accepted_error(known.robot, real)
+    severity = np.maximum(position / expectation.length_scale, rotation / expectation.number_scale)
+    row, column = np.unravel_index(np.argmax(np.nan_to_num(severity, nan=np.inf)), severity.shape)
     return Comparison(
         target=target,
-        quantity=quantity,
-        poses=len(points),
+        quantity=expectation.quantity,
+        poses=known.count,
         position_error=float(position.max()),
         rotation_error=float(rotation.max()),
-        position_tolerance=relative * extent,
-        rotation_tolerance=relative,
-        worst=tuple(float(entry) for entry in points[row]),
-        frame=frames[int(column)],
-    )
-
-
-def _exact(robot: Robot, package: ModuleType, quantity: Quantity) -> Comparison:
-    """The double kernel against 50 digits, which shows its own error and not the reference's rounding."""
-    extent = reach(robot, quantity_frames(robot, quantity))
-    points = vector_samples(robot)
-    kernel = getattr(package, quantity.function)
-    frames = quantity_frames(robot, quantity)
-    width = 4 if quantity.is_pose else 1
-    position, rotation, worst = 0.0, 0.0, (0.0, 0, 0)
-    for row, point in enumerate(points):
-        known = reference.frames_mp(robot, point)
-        result = kernel(point).reshape(len(frames), -1, width)
-        for column, frame in enumerate(frames):
-            errors = [
-                [
-                    abs(float(mpmath.mpf(float(result[column][i][j])) - known[frame][i, j if width == 4 else 3]))
-                    for j in range(width)
-                ]
-                for i in range(3)
-            ]
-            here = max(line[-1] for line in errors)
-            turned = max((error for line in errors for error in line[:-1]), default=0.0)
-            position, rotation = max(position, here), max(rotation, turned)
-            worst = max(worst, (max(here / extent, turned), row, column))
-    language = "C double" if kernel.backend == "c" else "NumPy double"
-    return Comparison(
-        target=f"{language}, 50 digits",
-        quantity=quantity,
-        poses=len(points),
-        position_error=position,
-        rotation_error=rotation,
-        position_tolerance=accepted_error(robot, "double") * extent,
-        rotation_tolerance=accepted_error(robot, "double"),
-        worst=tuple(float(entry) for entry in points[worst[1]]),
-        frame=frames[worst[2]],
+        position_tolerance=relative * expectation.length_scale,
+        rotation_tolerance=relative * expectation.number_scale,
+        worst=tuple(float(entry) for entry in known.joints[row]),
+        frame=expectation.frames[int(column)],
     )

@@ -1,20 +1,27 @@
-"""Joint vectors on which kernels are compared: corners of the joint box, special angles, random points."""
+"""Inputs on which kernels are compared: corners of the joint box, special angles, random points; rates and poses."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.robot.extent import joint_box
+from kinegen.outputs import Array, Kind
+from kinegen.reference import rotations
+from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
 CORNERS = 4096
 RANDOM = 10_000
 SPECIAL = 512
+SINGULAR = 8
 SEED = 20240229
+
+EVERY = 16
+"""One of so many inputs besides joint vectors is special."""
 
 FloatArray = NDArray[np.float64]
 
@@ -62,6 +69,63 @@ def _special(robot: Robot, box: FloatArray, generator: np.random.Generator) -> F
             candidates = quarters * (math.pi / 4) if len(quarters) else np.array([low, high])
         columns.append(generator.choice(candidates, SPECIAL))
     return np.stack(columns, axis=1)
+
+
+def singular_samples(robot: Robot) -> FloatArray:
+    """A few joint vectors at which arms are stretched, folded or aligned.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        Shape (N, dof): joints at multiples of 45 degrees and at the ends of their strokes; none without joints.
+    """
+    if robot.dof == 0:
+        return np.zeros((0, 0))
+    return _special(robot, np.array(joint_box(robot)), np.random.default_rng(SEED))[:SINGULAR]
+
+
+def input_samples(robot: Robot, inputs: Sequence[Array], points: FloatArray) -> dict[str, FloatArray]:
+    """Values for all inputs of a kernel.
+
+    Args:
+        robot: The robot.
+        inputs: The arrays that the kernel is given.
+        points: Joint vectors, shape (N, dof).
+
+    Returns:
+        For each array by name N values: the joint vectors; rates and accelerations in -1 to 1, some of them zero; poses
+        within reach, with rotations of every kind and some of a quarter or half turn; points within reach.
+    """
+    generator = np.random.default_rng(SEED)
+    count, extent = len(points), reach(robot)
+    found = {}
+    for array in inputs:
+        if array.name == "q":
+            found[array.name] = points
+        elif array.is_pose:
+            found[array.name] = _poses(generator, count, extent)
+        elif array.shape == (robot.dof,):
+            rates = generator.uniform(-1, 1, (count, robot.dof))
+            rates[:: 2 * EVERY] = 0
+            found[array.name] = np.where(np.arange(count)[:, None] % EVERY, rates, np.round(rates))
+        else:
+            found[array.name] = generator.uniform(-extent, extent, (count, *array.shape))
+    return found
+
+
+def _poses(generator: np.random.Generator, count: int, extent: float) -> FloatArray:
+    """Rigid displacements; every one of `EVERY` turns by a multiple of a quarter turn."""
+    quaternions = generator.normal(size=(count, 4))
+    special = np.clip(np.round(quaternions[::EVERY]), -1, 1)
+    special[:, 0] += (special == 0).all(axis=1)
+    quaternions[::EVERY] = special
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    poses = np.zeros((count, 4, 4))
+    poses[:, :3, :3] = rotations(Kind.QUATERNION_WXYZ, quaternions)
+    poses[:, :3, 3] = generator.uniform(-extent, extent, (count, 3))
+    poses[:, 3, 3] = 1
+    return poses
 
 
 def vector_samples(robot: Robot) -> FloatArray:

@@ -18,6 +18,7 @@ from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimePara
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
+from kinegen.verify.known import quantity_frames
 from kinegen.verify.samples import vector_samples
 from kinegen.verify.tolerances import accepted_error
 
@@ -112,14 +113,9 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
         known |= {operand: operand.value for operand in statement.operands if isinstance(operand, Constant)}
         operands = [known[operand] for operand in statement.operands if operand in known]
         if statement.operator in (Operator.SIN, Operator.COS):
-            yield operands[0]
-        elif len(operands) == statement.operator.arity:
+            yield from operands  # none if it comes from a sine, a root or the like
+        elif len(operands) == statement.operator.arity and statement.operator in _EXACT:
             known[Temporary(statement.name)] = _EXACT[statement.operator](*operands)
-
-
-def quantity_frames(robot: Robot, quantity: Quantity) -> tuple[str, ...]:
-    """The frames for which a quantity is computed."""
-    return robot.frame_names if quantity == Quantity.FRAMES else robot.tips
 
 
 def _entries(matrix: Any, quantity: Quantity) -> Row:

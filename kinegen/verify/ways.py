@@ -21,17 +21,20 @@ DTYPES: dict[str, np.dtype[Any]] = {"double": np.dtype(np.float64), "float": np.
 """NumPy's names of the number types."""
 
 
+Arrays = tuple[Floats, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Way:
     """One way to call a kernel.
 
     Attributes:
         target: What is called, such as `C double, batch`.
-        call: Joint vectors (N, dof) to results (N, ...), as the package gives them.
+        call: From the inputs, N configurations each, to the results (N, ...), as the package gives them.
     """
 
     target: str
-    call: Callable[[Floats], Floats]
+    call: Callable[[Arrays], Arrays]
 
 
 def ways_to_call(
@@ -50,32 +53,38 @@ def ways_to_call(
     """
     kernel = getattr(package, quantity.function)
     params = None if parameters is None else package.Params(*parameters)
-    numpy_form = Way(f"NumPy {real}", _bound(_numpy_form(package, kernel, quantity), params))
+    numpy_form = Way(f"NumPy {real}", partial(results_of, _numpy_form(package, kernel, quantity), params))
     if kernel.backend != "c":
         return (numpy_form,)
-    compiled = _bound(kernel, params)
     variants = runnable_variants(package)
-    batches = [Way(f"C {real}, batch {name}", partial(_in_variant, package, compiled, name)) for name in variants]
+    batches = [Way(f"C {real}, batch {name}", partial(_in_variant, package, kernel, params, name)) for name in variants]
     return (
-        Way(f"C {real}", lambda points: np.stack([compiled(point) for point in points])),
-        *(batches or [Way(f"C {real}, batch", partial(_every_layout, compiled))]),
+        Way(f"C {real}", partial(_one_by_one, kernel, params)),
+        *(batches or [Way(f"C {real}, batch", partial(_every_layout, kernel, params))]),
         numpy_form,
     )
 
 
-def _in_variant(package: ModuleType, kernel: Callable[..., Floats], name: str, points: Floats) -> Floats:
+def results_of(kernel: Any, params: Any, inputs: Arrays, layout: str = "4x4") -> Arrays:
+    """What a kernel gives, as a tuple also where there is one result."""
+    results = kernel(*inputs, params=params, layout=layout)
+    return results if isinstance(results, tuple) else (results,)
+
+
+def _one_by_one(kernel: Any, params: Any, inputs: Arrays) -> Arrays:
+    found = [results_of(kernel, params, point) for point in zip(*inputs, strict=True)]
+    return tuple(np.stack(results) for results in zip(*found, strict=True))
+
+
+def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, inputs: Arrays) -> Arrays:
     select_variant(package, name)
-    return _every_layout(kernel, points)
+    return _every_layout(kernel, params, inputs)
 
 
-def _bound(kernel: Any, params: Any) -> Callable[..., Floats]:
-    return kernel if params is None else lambda points, **options: kernel(points, params=params, **options)
-
-
-def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Callable[..., Floats]:
+def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
     """The same kernel as it would be without the compiled extension."""
     params = getattr(package, "Params", None)
-    numpy_form: Callable[..., Floats] = type(kernel)(
+    return type(kernel)(
         quantity.function,
         module=package.__name__,
         symbol="",
@@ -85,17 +94,26 @@ def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Callabl
         formula=getattr(sys.modules[f"{package.__name__}._numpy"], quantity.function),
         params=params() if params else None,
     )
-    return numpy_form
 
 
-def _every_layout(kernel: Callable[..., Floats], points: Floats) -> Floats:
-    """The result of a batch; where another layout holds another number, that one."""
-    result = kernel(points)
-    whole = result[..., :3, :] if result.shape[-2:] == (4, 4) else result
-    others = [kernel(points.T, layout="joint_major").T.reshape(whole.shape)]
-    if whole is not result:
-        others.append(kernel(points, layout="3x4"))
-    differing = [other != whole for other in others]
-    for other, where in zip(others, differing, strict=True):
-        np.copyto(whole, other, where=where)
-    return result
+def _every_layout(kernel: Any, params: Any, inputs: Arrays) -> Arrays:
+    """The results of a batch; where another layout holds another number, that one."""
+    results = results_of(kernel, params, inputs)
+    given, found = kernel.inputs, kernel.results
+    rows = tuple(_upper(array, each.is_pose).reshape(len(array), -1).T for each, array in zip(given, inputs))
+    others = [tuple(result.T for result in results_of(kernel, params, rows, "joint_major"))]
+    if any(each.is_pose for each in found):
+        shorter = tuple(_upper(array, each.is_pose) for each, array in zip(given, inputs))
+        others.append(results_of(kernel, params, shorter, "3x4"))
+    for each, result, *again in zip(found, results, *others, strict=True):
+        whole = _upper(result, each.is_pose)
+        numbers = [array.reshape(whole.shape) for array in again]
+        differing = [array != whole for array in numbers]
+        for array, where in zip(numbers, differing, strict=True):
+            np.copyto(whole, array, where=where)
+    return results
+
+
+def _upper(array: Floats, is_pose: bool) -> Floats:
+    """Matrices without their last rows."""
+    return array[..., :3, :] if is_pose else array

@@ -18,7 +18,7 @@ from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
 from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.extent import reach
-from kinegen.verify.vectors import quantity_frames
+from kinegen.verify.known import quantity_frames
 from tests.emit.emitted import COMPILERS, kernels, tile
 from tests.emit.libraries import DTYPES, LAYOUTS, Floats, Library, bits, compile_library, full, rows
 

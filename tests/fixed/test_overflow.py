@@ -20,7 +20,7 @@ from kinegen.ir.fixed.turns import TURN
 from kinegen.naming import c_file, function
 from kinegen.outputs import Quantity
 from kinegen.robot.model import JointType, Robot
-from kinegen.verify.vectors import quantity_frames
+from kinegen.verify.known import quantity_frames
 from tests.chains import robots
 from tests.fixed.kernels import NAMES, fixed, planned, texts
 from tests.fixed.machine import Machine, load

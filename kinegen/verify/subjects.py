@@ -1,0 +1,244 @@
+"""What each kind of result must be, and what of it is a length: the one place that a new quantity adds to.
+
+A subject says what the reference expects of a result, and how the numbers of a kernel are made comparable with that.
+Orientations are compared as rotations, since angles beside a singularity may be any that give the rotation; derivatives
+of angles grow there, and are compared times the square of the distance from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from kinegen.outputs import Kind, Quantity
+from kinegen.reference import Orientation, rotations
+from kinegen.verify.known import Known, Numbers
+
+Split = tuple[Numbers, Numbers]
+
+FORMS = (
+    Kind.QUATERNION_WXYZ,
+    Kind.QUATERNION_XYZW,
+    Kind.RPY_ZYX,
+    Kind.RPY_XYZ,
+    Kind.EULER_ZYZ,
+    Kind.AXIS_ANGLE,
+)
+"""The forms of orientations."""
+
+RATES = MappingProxyType({Kind(f"{form}_jacobian"): form for form in FORMS})
+"""The forms by the kinds of their derivatives."""
+
+CLOSEST = 1e-4
+"""How close to a singularity, or to a change of sign, derivatives of an orientation are still compared."""
+
+_ROUNDED = 1 + 1e-6
+"""Half a turn in floats is a little more than half a turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """One result of a kernel, for one frame.
+
+    Attributes:
+        rank: Number of its axes for one configuration.
+        expected: What the reference says, shape (N, ...).
+        split: The entries that are lengths, and all others, shape (N, entries) each.
+        read: Makes what a kernel gave comparable; numbers that break a promise become NaN.
+    """
+
+    rank: int
+    expected: Callable[[Known, str], Numbers]
+    split: Callable[[Numbers], Split]
+    read: Callable[[Known, str, Numbers], Numbers] = lambda _known, _frame, found: found
+
+
+def subjects(quantity: Quantity) -> tuple[Subject, ...]:
+    """The results of a quantity, in order."""
+    return _SUBJECTS[quantity.kind](quantity)
+
+
+# What is compared -----------------------------------------------------------------------------------------------------
+
+
+def _pose(_: Quantity) -> tuple[Subject, ...]:
+    return (Subject(2, lambda known, frame: known.motion.pose(frame), _split_matrix),)
+
+
+def _position(_: Quantity) -> tuple[Subject, ...]:
+    return (Subject(1, lambda known, frame: known.motion.pose(frame)[:, :3, 3], _split_point),)
+
+
+def _jacobian(quantity: Quantity) -> tuple[Subject, ...]:
+    return (Subject(2, lambda known, frame: known.motion.jacobian(frame, quantity.reference), _split_rows),)
+
+
+def _pose_and_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
+    return (*_pose(quantity), *_jacobian(quantity))
+
+
+def _hessian(quantity: Quantity) -> tuple[Subject, ...]:
+    return (Subject(3, lambda known, frame: known.motion.hessian(frame, quantity.reference), _split_rows),)
+
+
+def _twist(quantity: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, frame: str) -> Numbers:
+        return known.motion.twist(frame, known.inputs["qd"], quantity.reference)[..., None]
+
+    return (Subject(1, expected, _split_rows, _as_column),)
+
+
+def _bias_acceleration(quantity: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, frame: str) -> Numbers:
+        return known.motion.bias_acceleration(frame, known.inputs["qd"], quantity.reference)[..., None]
+
+    return (Subject(1, expected, _split_rows, _as_column),)
+
+
+def _acceleration(quantity: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, frame: str) -> Numbers:
+        rates = known.inputs["qd"], known.inputs["qdd"]
+        return known.motion.acceleration(frame, *rates, quantity.reference)[..., None]
+
+    return (Subject(1, expected, _split_rows, _as_column),)
+
+
+def _parameter_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, frame: str) -> Numbers:
+        names = [parameter.name for parameter in known.robot.varied_parameters]
+        return known.motion.parameter_jacobian(frame, names, quantity.reference)
+
+    return (Subject(2, expected, _split_rows),)
+
+
+def _orientation(quantity: Quantity) -> tuple[Subject, ...]:
+    form = quantity.kind
+
+    def read(_known: Known, _frame: str, found: Numbers) -> Numbers:
+        numbers = found.astype(np.float64)
+        return np.where(_is_in_range(form, numbers)[:, None, None], rotations(form, numbers), np.nan)
+
+    return (Subject(1, lambda known, frame: known.motion.pose(frame)[:, :3, :3], _split_numbers, read),)
+
+
+def _orientation_rates(quantity: Quantity) -> tuple[Subject, ...]:
+    form = RATES[quantity.kind]
+
+    def weighted(known: Known, frame: str, rates: Numbers) -> Numbers:
+        margin = Orientation(known.motion.pose(frame)[:, :3, :3]).margin(form)
+        is_angle = form in (Kind.RPY_ZYX, Kind.RPY_XYZ, Kind.EULER_ZYZ)
+        weight = np.where(margin < CLOSEST, 0 * margin, margin**2 if is_angle else 1 + 0 * margin)
+        return rates * weight[:, None, None]
+
+    def expected(known: Known, frame: str) -> Numbers:
+        rotation = known.motion.pose(frame)[:, :3, :3]
+        return weighted(known, frame, Orientation(rotation).jacobian(form, known.motion.jacobian(frame)[:, 3:]))
+
+    return (Subject(2, expected, _split_numbers, weighted),)
+
+
+def _inverse_pose(_: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, _frame: str) -> Numbers:
+        a_T_b = known.inputs["a_T_b"]
+        b_T_a = np.zeros_like(a_T_b)
+        b_T_a[:, :3, :3] = a_T_b[:, :3, :3].swapaxes(1, 2)
+        b_T_a[:, :3, 3:] = -b_T_a[:, :3, :3] @ a_T_b[:, :3, 3:]
+        b_T_a[:, 3, 3] = 1
+        return b_T_a
+
+    return (Subject(2, expected, _split_matrix),)
+
+
+def _transform_point(_: Quantity) -> tuple[Subject, ...]:
+    def expected(known: Known, _frame: str) -> Numbers:
+        a_T_b, b_p = known.inputs["a_T_b"], known.inputs["b_p"]
+        moved: Numbers = (a_T_b[:, :3, :3] @ b_p[..., None])[..., 0] + a_T_b[:, :3, 3]
+        return moved
+
+    return (Subject(1, expected, _split_point),)
+
+
+def _adjoint(_: Quantity) -> tuple[Subject, ...]:
+    return (Subject(2, lambda known, _: adjoint(known.inputs["a_T_b"]), _split_adjoint),)
+
+
+_SUBJECTS: Mapping[Kind, Callable[[Quantity], tuple[Subject, ...]]] = MappingProxyType(
+    {
+        Kind.POSE: _pose,
+        Kind.FRAMES: _pose,
+        Kind.POSITION: _position,
+        Kind.JACOBIAN: _jacobian,
+        Kind.FK_JACOBIAN: _pose_and_jacobian,
+        Kind.TWIST: _twist,
+        Kind.BIAS_ACCELERATION: _bias_acceleration,
+        Kind.ACCELERATION: _acceleration,
+        Kind.HESSIAN: _hessian,
+        Kind.PARAMETER_JACOBIAN: _parameter_jacobian,
+        Kind.INVERSE_POSE: _inverse_pose,
+        Kind.TRANSFORM_POINT: _transform_point,
+        Kind.ADJOINT: _adjoint,
+        **dict.fromkeys(FORMS, _orientation),
+        **dict.fromkeys(RATES, _orientation_rates),
+    }
+)
+
+
+# How it is compared ---------------------------------------------------------------------------------------------------
+
+
+def _split_matrix(matrices: Numbers) -> Split:
+    """Positions; rotations with the last rows."""
+    others = np.concatenate([matrices[:, :3, :3].reshape(-1, 9), matrices[:, 3]], axis=1)
+    return matrices[:, :3, 3], others
+
+
+def _split_point(points: Numbers) -> Split:
+    return points, points[:, :0]
+
+
+def _split_rows(arrays: Numbers) -> Split:
+    """Linear rows, angular rows: of (N, 6, columns) and (N, n, 6, columns)."""
+    return arrays[..., :3, :].reshape(len(arrays), -1), arrays[..., 3:, :].reshape(len(arrays), -1)
+
+
+def _split_numbers(arrays: Numbers) -> Split:
+    flat = arrays.reshape(len(arrays), -1)
+    return flat[:, :0], flat
+
+
+def _split_adjoint(matrices: Numbers) -> Split:
+    """The block that holds lengths, the three others."""
+    others = (matrices[:, :3, :3], matrices[:, 3:, :3], matrices[:, 3:, 3:])
+    return matrices[:, :3, 3:].reshape(-1, 9), np.concatenate([block.reshape(-1, 9) for block in others], axis=1)
+
+
+def _as_column(_known: Known, _frame: str, found: Numbers) -> Numbers:
+    return found[..., None]
+
+
+def _is_in_range(form: Kind, numbers: Numbers) -> Numbers:
+    """Whether numbers are those that are promised, out of all that describe a rotation."""
+    half = math.pi * _ROUNDED
+    inside: Numbers
+    if form in (Kind.QUATERNION_WXYZ, Kind.QUATERNION_XYZW):
+        inside = numbers[:, 0 if form is Kind.QUATERNION_WXYZ else 3] >= 0
+    elif form is Kind.AXIS_ANGLE:
+        inside = (numbers**2).sum(axis=1) <= half**2
+    else:
+        low, high = (0.0, half) if form is Kind.EULER_ZYZ else (-half / 2, half / 2)
+        inside = (np.abs(numbers) <= half).all(axis=1) & (numbers[:, 1] >= low) & (numbers[:, 1] <= high)
+    return inside
+
+
+def adjoint(a_T_b: Numbers) -> Numbers:
+    """The matrices [[R, [p]x R], [0, R]], shape (N, 6, 6), which take twists from b to a (linear, then angular)."""
+    rotation, position = a_T_b[:, :3, :3], a_T_b[:, :3, 3]
+    found = np.zeros((len(a_T_b), 6, 6), dtype=a_T_b.dtype)
+    found[:, :3, :3] = found[:, 3:, 3:] = rotation
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        found[:, i, 3:] = position[:, j, None] * rotation[:, k] - position[:, k, None] * rotation[:, j]
+    return found
