@@ -91,12 +91,9 @@ def quaternion_wxyz(R: Rows, tape: Tape) -> Coordinates:
     q = tuple(tape.name(scale * value) for value in (w, x, y, z))
 
     def rates(omega: Vector) -> Numbers:
-        v = (q[1], q[2], q[3])
-        turned = cross(omega, v)
-        return (
-            -HALF * dot(omega, v),
-            *(HALF * (q[0] * omega[axis] + turned[axis]) for axis in range(3)),
-        )
+        w, x, y, z = (tape.name(HALF * value) for value in q)
+        turned = cross(omega, (x, y, z))
+        return -dot(omega, (x, y, z)), *(w * omega[axis] + turned[axis] for axis in range(3))
 
     return Coordinates(q, rates)
 
@@ -137,14 +134,26 @@ def axis_angle(R: Rows, tape: Tape) -> Coordinates:
     v = tape.vector((stretch * x, stretch * y, stretch * z))
 
     def rates(omega: Vector) -> Numbers:
-        unit = tape.vector((x / safe, y / safe, z / safe))
-        # 1 - half the angle times the cotangent of half the angle: from 0 at angle 0 to 1 at angle pi.
-        bend = tape.name(1 - less(tape, sp.S.Zero, length, half_angle * w / safe, sp.S.One))
-        swept = tape.vector(cross(v, omega))
-        twice = cross(unit, tape.vector(cross(unit, omega)))
-        return tuple(omega[axis] - HALF * swept[axis] + bend * twice[axis] for axis in range(3))
+        unit = (x / safe, y / safe, z / safe)
+        # Half the angle times the cotangent of half the angle: from 1 at angle 0 to 0 at angle pi.
+        straight = less(tape, sp.S.Zero, length, half_angle * w / safe, sp.S.One)
+        matrix = _left_inverse(tape, tape.vector(unit), tape.vector((HALF * v[0], HALF * v[1], HALF * v[2])), straight)
+        return tuple(dot(row, omega) for row in matrix)
 
     return Coordinates(v, rates)
+
+
+def _left_inverse(tape: Tape, unit: Vector, half: Vector, straight: sp.Expr) -> Rows:
+    """The matrix from angular velocities to rates: `k I - [v/2]x + (1 - k) u u^T`, `k` being `straight`."""
+    x, y, z = half
+    bent = tape.name(1 - straight)
+    ux, uy, uz = tape.vector((bent * unit[0], bent * unit[1], bent * unit[2]))
+    xy, yz, zx = tape.vector((ux * unit[1], uy * unit[2], uz * unit[0]))
+    return (
+        tape.vector((straight + ux * unit[0], z + xy, zx - y)),
+        tape.vector((xy - z, straight + uy * unit[1], x + yz)),
+        tape.vector((y + zx, yz - x, straight + uz * unit[2])),
+    )
 
 
 # Three angles ---------------------------------------------------------------------------------------------------------
