@@ -17,7 +17,7 @@ from types import MappingProxyType
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.ir.bounds import ErrorBound, NumberType, Ranges, bound
+from kinegen.ir.bounds import ErrorBound, NumberType, Ranges, bound, has_rules
 from kinegen.ir.program import Program
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import joint_box
@@ -137,6 +137,8 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
     robot = kernels.robot
     if any(given.name != "q" for given in program.signature.inputs):
         return ()
+    if not has_rules(program):
+        return ("No bound is derived for functions with roots, arc tangents or selections.",)
     of = f" of any {'frame' if program.quantity == Quantity.FRAMES else 'tip'}" if len(program.frames) > 1 else ""
     errors = _errors(error_bound(kernels, program, real), robot.units.length)
     text = f"Proven error{of}: {errors}."

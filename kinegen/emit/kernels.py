@@ -70,6 +70,9 @@ def operation_line(program: Program) -> str:
         f"{counted.negations} changes of sign",
         f"{counted.divisions} divisions",
         f"{counted.sine_cosines} sine-cosine pairs",
+        f"{counted.roots} square roots",
+        f"{counted.arc_tangents} arc tangents",
+        f"{counted.selections} selections",
     ]
     return ", ".join(part for part in parts if not part.startswith("0 ")) or "none"
 

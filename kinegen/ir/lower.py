@@ -37,7 +37,7 @@ def lower(expressions: Expressions) -> Program:
         The program; sines and cosines come first.
 
     Raises:
-        KinegenError: If an expression needs an operation that a kernel does not have (a root of a runtime parameter).
+        KinegenError: If an expression needs an operation that a kernel does not have.
     """
     lowering = _Lowering()
     for index, variable in enumerate(expressions.variables):
@@ -79,18 +79,30 @@ class _Lowering:
             return self.values.total([self.value(term) for term in sorted(expression.args, key=self._rank)])
         if isinstance(expression, sp.Mul):
             return self._product(expression)
-        if isinstance(expression, sp.Pow) and expression.exp.is_Integer:
+        if isinstance(expression, sp.Pow) and expression.exp.is_Rational and expression.exp.q <= 2:
             return self._power(expression)
         if isinstance(expression, sp.sin):
             sign, angle = self.value(expression.args[0])
             return sign, self.values.apply(Operator.SIN, angle)
         if isinstance(expression, sp.cos):
             return 1, self.values.apply(Operator.COS, self.value(expression.args[0])[1])
-        raise KinegenError(f"a kernel cannot evaluate '{expression}': runtime parameters allow + - * / only")
+        if isinstance(expression, sp.atan2):
+            return self._arc_tangent(*expression.args)
+        if isinstance(expression, sp.atan):
+            return self._arc_tangent(expression.args[0], sp.S.One)
+        if isinstance(expression, sp.Piecewise):
+            return self._selection(expression)
+        if isinstance(expression, sp.Abs):
+            number = self.value(expression.args[0])[1]
+            return self.values.select((1, number), self.values.constant(Fraction(0)), (-1, number), (1, number))
+        raise KinegenError(
+            f"a kernel cannot evaluate '{expression}': it has + - * /, powers, sin, cos, sqrt, atan2 and selections"
+        )
 
     def number_angles(self, expressions: Iterable[sp.Expr]) -> None:
         """Number all sines and cosines, by the joints in their angles, before anything is made of them."""
         found = {atom for expression in expressions for atom in expression.atoms(sp.sin, sp.cos) if atom.free_symbols}
+        found = {atom for atom in found if atom.free_symbols <= self.known.keys()}  # the others come with definitions
         for atom in sorted(found, key=lambda atom: (self._angle_rank(atom.args[0]), isinstance(atom, sp.cos))):
             self.value(atom)
 
@@ -119,9 +131,23 @@ class _Lowering:
         return self.values.product(factors)
 
     def _power(self, expression: sp.Pow) -> Value:
-        exponent = int(expression.exp)
-        raised = self.values.product([self.value(expression.base)] * abs(exponent))
+        base, exponent = self.value(expression.base), Fraction(int(expression.exp.p), int(expression.exp.q))
+        whole, half = divmod(abs(exponent), 1)
+        factors = [base] * int(whole)
+        if half:
+            factors.append((1, self.values.apply(Operator.SQRT, self.values.signed(base))))
+        raised = self.values.product(factors)
         return raised if exponent > 0 else self.values.quotient((1, self.values.constant(Fraction(1))[1]), raised)
+
+    def _arc_tangent(self, y: sp.Expr, x: sp.Expr) -> Value:
+        """Not an odd function of y: on the negative x axis it is pi."""
+        return 1, self.values.apply(Operator.ATAN2, *(self.values.signed(self.value(part)) for part in (y, x)))
+
+    def _selection(self, expression: sp.Piecewise) -> Value:
+        (less, condition), (other, otherwise) = expression.args if len(expression.args) == 2 else ((None, None),) * 2
+        if otherwise != sp.true or not isinstance(condition, (sp.StrictLessThan, sp.StrictGreaterThan)):
+            raise KinegenError(f"a kernel cannot evaluate '{expression}': selections are (x, a < b), (y, True)")
+        return self.values.select(*(self.value(part) for part in (condition.lts, condition.gts, less, other)))
 
 
 def exact_number(expression: sp.Expr) -> Fraction:

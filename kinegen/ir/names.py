@@ -72,7 +72,8 @@ class _Naming:
     def order(self, outputs: Sequence[int]) -> list[int]:
         """Live operations: everything that leads to a sine or cosine first, then the rest, results soon used.
 
-        The pairs come first because each is a call in C: whatever waits across a call costs stack.
+        The pairs come first because each is a call in C: whatever waits across a call costs stack. Pairs of angles that
+        depend on other pairs come after those, with what leads to them.
         """
         live = self._needed(outputs)
         trigonometric = [number for number in sorted(live) if self._operator(number) in _TRIGONOMETRIC]
@@ -85,8 +86,21 @@ class _Naming:
             key=lambda number: (rank[self._node(number).operands[0]], self._operator(number) is Operator.COS),
         )
         sums = [number for number in sorted(early) if self._is_operation(number) and number not in pairs]
+        rounds = self._rounds(live)
+        first = sorted([*sums, *pairs], key=lambda number: rounds[number])  # in each round sums, then pairs
         late = [number for number in sorted(live) if self._is_operation(number) and number not in early]
-        return sums + pairs + shorten_lives(self.values, late)
+        return first + shorten_lives(self.values, late)
+
+    def _rounds(self, live: set[int]) -> dict[int, int]:
+        """How many sines and cosines have to be taken one after the other before each value can be computed."""
+        rounds: dict[int, int] = {}
+        for number in sorted(live):
+            node = self.nodes[number]
+            operands = node.operands if isinstance(node, Node) else ()
+            rounds[number] = max(
+                (rounds[operand] + (self._operator(operand) in _TRIGONOMETRIC) for operand in operands), default=0
+            )
+        return rounds
 
     def name(self, number: int) -> None:
         """Give a live operation its name."""
@@ -133,16 +147,15 @@ class _Naming:
             return Angle((), f"{float(node.value):.6g}")
         if isinstance(node, RuntimeParameter):
             return Angle((), node.name)
-        operands = [self._angle(operand) for operand in node.operands]
         match node.operator:
             case Operator.ADD:
-                return operands[0].plus(operands[1], 1)
+                return self._angle(node.operands[0]).plus(self._angle(node.operands[1]), 1)
             case Operator.SUB:
-                return operands[0].plus(operands[1], -1)
+                return self._angle(node.operands[0]).plus(self._angle(node.operands[1]), -1)
             case Operator.MUL if isinstance(self.nodes[node.operands[1]], Constant):
-                return operands[0].times(self._constant(node.operands[1]))
+                return self._angle(node.operands[0]).times(self._constant(node.operands[1]))
             case Operator.MUL if isinstance(self.nodes[node.operands[0]], Constant):
-                return operands[1].times(self._constant(node.operands[0]))
+                return self._angle(node.operands[1]).times(self._constant(node.operands[0]))
             case _:
                 return Angle((), "...")
 

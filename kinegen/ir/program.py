@@ -1,7 +1,8 @@
 """Straight-line code: every statement is one operation, every name is defined once, before use, and used.
 
-A program can add, subtract, multiply, divide, change a sign and take the sine and the cosine of an angle. It cannot
-branch, loop or call anything else, so it takes the same time for every input.
+A program can add, subtract, multiply, divide, change a sign, take the sine and the cosine of an angle, a square root
+and the angle of a point, and select one of two numbers. It cannot branch, loop or call anything else, so it takes the
+same time for every input.
 """
 
 from __future__ import annotations
@@ -24,11 +25,20 @@ class Operator(StrEnum):
     NEG = "neg"
     SIN = "sin"
     COS = "cos"
+    SQRT = "sqrt"
+    """Zero of zero, NaN of a negative number."""
+    ATAN2 = "atan2"
+    """The angle of the point (x, y), in radians, from y and x in this order; zero of two zeros. Zeros have no sign."""
+    SELECT_LT = "select_lt"
+    """Of a, b, x and y: x if a is less than b, else y."""
 
     @property
     def arity(self) -> int:
         """Number of operands."""
-        return 1 if self in (Operator.NEG, Operator.SIN, Operator.COS) else 2
+        return _ARITIES.get(self, 2)
+
+
+_ARITIES = {Operator.NEG: 1, Operator.SIN: 1, Operator.COS: 1, Operator.SQRT: 1, Operator.SELECT_LT: 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +105,15 @@ class Count:
     negations: int
     divisions: int
     sine_cosines: int
+    roots: int = 0
+    arc_tangents: int = 0
+    selections: int = 0
 
     def __str__(self) -> str:
         divisions = f" + {self.divisions} div" if self.divisions else ""
-        return f"{self.multiplications} mul + {self.additions} add{divisions} + {self.sine_cosines} sincos"
+        others = ((self.roots, "sqrt"), (self.arc_tangents, "atan2"), (self.selections, "select"))
+        rest = "".join(f" + {number} {word}" for number, word in others if number)
+        return f"{self.multiplications} mul + {self.additions} add{divisions} + {self.sine_cosines} sincos{rest}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,4 +200,7 @@ def count(program: Program) -> Count:
         negations=operators.count(Operator.NEG),
         divisions=operators.count(Operator.DIV),
         sine_cosines=len(pairs),
+        roots=operators.count(Operator.SQRT),
+        arc_tangents=operators.count(Operator.ATAN2),
+        selections=operators.count(Operator.SELECT_LT),
     )

@@ -3,7 +3,8 @@
 In: numbered values and signed outputs. Out: numbered values whose outputs need no sign. A difference can be stored
 either way round (`a - b` or `b - a`), a product takes over the sign of its factors, a constant has whatever sign is
 wanted. From every output that would need a negation, the nearby differences are tried the other way round, and what
-lowers the number of negations is kept.
+lowers the number of negations is kept. Roots, arc tangents and selections need their operands with the right sign, as
+outputs do; an operand that is a negation is such a need, and becomes a statement only where it cannot be met.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from kinegen.ir.values import Node, Value, Values
 
 _SUMS = (Operator.ADD, Operator.SUB)
 _PRODUCTS = (Operator.MUL, Operator.DIV)
+_STRICT = (Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT)
+"""Operators that need their operands with the right sign."""
 
 Choice = frozenset[int]
 """The values that are to be stored with the other sign, where there is a choice."""
@@ -32,7 +35,7 @@ def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list
         New values, and the number of each output among them.
     """
     live = _live(values, outputs)
-    search = _Search(values, tuple(outputs), live, _angles(values, live))
+    search = _Search(values, tuple(outputs), live, (*outputs, *_strict_operands(values, live)), _angles(values, live))
     choice: Choice = frozenset()
     best = len(search.negations(search.stored(choice)))
     improved = True
@@ -56,6 +59,19 @@ def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
     return tuple(sorted(needed))
 
 
+def _strict_operands(values: Values, live: Sequence[int]) -> Iterator[Value]:
+    nodes = [node for number in live if isinstance(node := values.nodes[number], Node)]
+    for node in nodes:
+        if node.operator in _STRICT:
+            yield from (_unsigned(values, operand) for operand in node.operands)
+
+
+def _unsigned(values: Values, number: int) -> Value:
+    """A value that may be a negation, as a sign and what is negated."""
+    node = values.nodes[number]
+    return (-1, node.operands[0]) if isinstance(node, Node) and node.operator is Operator.NEG else (1, number)
+
+
 def _angles(values: Values, live: Sequence[int]) -> frozenset[int]:
     nodes = [node for number in live if isinstance(node := values.nodes[number], Node)]
     return frozenset(node.operands[0] for node in nodes if node.operator in (Operator.SIN, Operator.COS))
@@ -69,12 +85,14 @@ class _Search:
         values: The values.
         outputs: Signed outputs.
         live: The values that lead to an output.
+        wanted: The outputs, and the signed operands of strict operators.
         angles: Values with a sine or cosine, which keep their sign where they can: c1m2 is not called cm12.
     """
 
     values: Values
     outputs: tuple[Value, ...]
     live: tuple[int, ...]
+    wanted: tuple[Value, ...]
     angles: frozenset[int]
 
     def is_constant(self, number: int) -> bool:
@@ -106,8 +124,8 @@ class _Search:
         return constant or signs[left] != second, signs[left]
 
     def negations(self, signs: dict[int, int]) -> set[int]:
-        """The values that some output needs with the sign that they are not stored with."""
-        return {number for sign, number in self.outputs if sign != signs[number] and not self.is_constant(number)}
+        """The values that are wanted with the sign that they are not stored with."""
+        return {number for sign, number in self.wanted if sign != signs[number] and not self.is_constant(number)}
 
     def moves(self, output: int) -> Iterator[frozenset[int]]:
         """Changes of the choice that may turn the sign of an output: itself, its operands, both."""
@@ -135,25 +153,29 @@ def _rebuild(search: _Search, signs: dict[int, int]) -> tuple[Values, list[int]]
         if isinstance(node, Constant):
             moved[number] = values.number(node)
         elif isinstance(node, Node):
-            moved[number] = _restored(search, values, signs, moved, number, node)
+            if node.operator is not Operator.NEG:
+                moved[number] = _restored(search, values, signs, moved, number, node)
         else:
             moved[number] = values.number(node)
-    outputs = []
-    for sign, number in search.outputs:
-        node = search.values.nodes[number]
-        if isinstance(node, Constant):
-            outputs.append(values.number(Constant(sign * node.value)))
-        elif sign == signs[number]:
-            outputs.append(moved[number])
-        else:
-            outputs.append(values.apply(Operator.NEG, moved[number]))
-    return values, outputs
+    return values, [_supplied(search, values, signs, moved, value) for value in search.outputs]
+
+
+def _supplied(search: _Search, values: Values, signs: dict[int, int], moved: dict[int, int], wanted: Value) -> int:
+    """A value with the sign that is wanted."""
+    sign, number = wanted
+    node = search.values.nodes[number]
+    if isinstance(node, Constant):
+        return values.number(Constant(sign * node.value))
+    return moved[number] if sign == signs[number] else values.apply(Operator.NEG, moved[number])
 
 
 def _restored(
     search: _Search, values: Values, signs: dict[int, int], moved: dict[int, int], number: int, node: Node
 ) -> int:
     """The same operation on stored operands, with the stored sign."""
+    if node.operator in _STRICT:
+        wanted = (_unsigned(search.values, operand) for operand in node.operands)
+        return values.apply(node.operator, *(_supplied(search, values, signs, moved, value) for value in wanted))
     if node.operator not in (*_SUMS, *_PRODUCTS):
         return values.apply(node.operator, *(moved[operand] for operand in node.operands))
     left, right = node.operands

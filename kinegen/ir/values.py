@@ -83,6 +83,19 @@ class Values:
         """Divide signed values."""
         return dividend[0] * divisor[0], self.apply(Operator.DIV, dividend[1], divisor[1])
 
+    def signed(self, value: Value) -> int:
+        """The number of a value with its sign, for operations to which a sign matters."""
+        sign, number = value
+        return number if sign > 0 else self.apply(Operator.NEG, number)
+
+    def select(self, left: Value, right: Value, less: Value, other: Value) -> Value:
+        """The value `less` where left is less than right, else `other`; a sign that both have is put in front."""
+        if left[0] < 0 and right[0] < 0:
+            left, right = (1, right[1]), (1, left[1])
+        outer = -1 if less[0] < 0 and other[0] < 0 else 1
+        chosen = [(outer * sign, number) for sign, number in (less, other)]
+        return outer, self.apply(Operator.SELECT_LT, *(self.signed(value) for value in (left, right, *chosen)))
+
     def _constants(self, values: Sequence[Value]) -> list[tuple[int, Constant]]:
         found = [(sign, self._constant(number)) for sign, number in values]
         return [(sign, constant) for sign, constant in found if constant is not None]

@@ -13,10 +13,11 @@ from kinegen.emit.c.arguments import given, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
+from kinegen.emit.functions import uses
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
-from kinegen.ir.program import Constant, Program
+from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, function, guard, prefix
 from kinegen.outputs import Array
 
@@ -104,6 +105,7 @@ class BatchContext:
     tile: int
     has_matrices: bool
     has_others: bool
+    selects: bool
     inputs: tuple[tuple[int, int], ...]
     functions: tuple[BatchFunction, ...]
 
@@ -130,6 +132,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
         tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
         has_matrices=any(result.matrices for function in functions for result in function.results),
+        selects=uses(kernels.programs, Operator.SELECT_LT),
         has_others=any(not result.matrices for function in functions for result in function.results),
         inputs=tuple(sorted({(each.size, each.stored) for function in functions for each in function.inputs})),
         functions=functions,
@@ -164,7 +167,7 @@ def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real:
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     stem = prefix(kernels.robot.name, real)
     params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
-    printer = CPrinter(real, f"{stem}_sincos", tile_variables(program))
+    printer = CPrinter(real, f"{stem}_sincos", tile_variables(program), stem, selects_bits=True)
     signature = program.signature
     inputs, passed = [], []
     for array in given(program):

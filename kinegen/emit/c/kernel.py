@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
 from kinegen.emit.c.arguments import block_names, given, result_places, scalar_arguments, scalar_variables
-from kinegen.emit.c.statements import CPrinter, uses_sincos
+from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
+from kinegen.emit.functions import LINE, Routine, routine_lines, used_routines, uses
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.words import brief, input_text, result_text
-from kinegen.ir.program import Constant, Program
+from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Array, Kind
 
@@ -26,7 +28,7 @@ class Function:
     Attributes:
         name: C name.
         brief: What it computes.
-        operations: What a call costs, in words.
+        operations: What a call costs, as lines of a comment.
         errors: How far its results can be off.
         prototype: Declaration without `restrict`, valid in C++.
         definition: Head of the definition.
@@ -38,7 +40,7 @@ class Function:
 
     name: str
     brief: str
-    operations: str
+    operations: tuple[str, ...]
     errors: tuple[str, ...]
     prototype: str
     definition: str
@@ -71,6 +73,10 @@ class KernelContext:
     accuracy: tuple[str, ...]
     sincos: Sincos | None
     sincos_macro: str
+    routines: tuple[Routine, ...]
+    routine_lines: tuple[str, ...]
+    format: str
+    roots: bool
 
 
 def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -95,6 +101,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
     robot = kernels.robot
     header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
     names = tuple(parameter.name for parameter in robot.runtime_parameters)
+    routines = used_routines(kernels.programs, real)
     return KernelContext(
         header=header,
         source=source,
@@ -113,8 +120,12 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
         accuracy=accuracy_lines(kernels, source),
-        sincos=SINCOS[real] if uses_sincos(kernels.programs) else None,
+        sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
         sincos_macro=sincos_macro(robot.name, real),
+        routines=routines,
+        routine_lines=routine_lines(routines),
+        format="f64" if real is Real.DOUBLE else "f32",
+        roots=uses(kernels.programs, Operator.SQRT),
     )
 
 
@@ -147,7 +158,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     return Function(
         name=name,
         brief=brief(program.quantity),
-        operations=operation_line(program),
+        operations=tuple(textwrap.wrap(f"Costs {operation_line(program)}.", LINE)),
         errors=error_lines(kernels, program, real),
         prototype=f"void {name}({scalar_arguments(kernels, program, real, restrict=False)})",
         definition=f"void {name}({scalar_arguments(kernels, program, real, restrict=True)})",
@@ -171,7 +182,8 @@ def _shape(kernels: Kernels, program: Program, array: Array) -> str:
 
 def _body(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
-    printer = CPrinter(real, sincos_macro(kernels.robot.name, real), scalar_variables(program))
+    stem = prefix(kernels.robot.name, real)
+    printer = CPrinter(real, sincos_macro(kernels.robot.name, real), scalar_variables(program), stem)
     places = [place for block in result_places(program) for place in block]
     last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)]
     rows = [

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from kinegen.emit.functions import ROUTINES
 from kinegen.emit.reals import Real
 from kinegen.ir.program import (
     Constant,
@@ -29,11 +30,15 @@ class CPrinter:
         real: The number type.
         sincos: Name of the sine-cosine function or macro.
         variables: How each number of the inputs is written.
+        prefix: What the names of other functions begin with.
+        selects_bits: Whether selections are calls of a function, so that loops over them become vector code.
     """
 
     real: Real
     sincos: str
     variables: tuple[str, ...]
+    prefix: str
+    selects_bits: bool = False
 
     def operand(self, operand: Operand) -> str:
         """One operand."""
@@ -101,13 +106,11 @@ class CPrinter:
         operands = [self.operand(operand) for operand in statement.operands]
         if statement.operator is Operator.NEG:
             return f"-{operands[0]}"
+        if statement.operator is Operator.SELECT_LT and not self.selects_bits:
+            left, right, less, other = operands
+            return f"({left} < {right}) ? {less} : {other}"
+        if statement.operator in (*ROUTINES[self.real], Operator.SELECT_LT):
+            return f"{self.prefix}_{statement.operator.value}({', '.join(operands)})"
         if statement.operator not in _SYMBOLS:
             raise TypeError(f"C has no form for the operator {statement.operator!r}")
         return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
-
-
-def uses_sincos(programs: tuple[Program, ...]) -> bool:
-    """Whether any program takes a sine or cosine."""
-    return any(
-        statement.operator in (Operator.SIN, Operator.COS) for program in programs for statement in program.statements
-    )

@@ -20,6 +20,12 @@ from kinegen.ir.program import (
 )
 from kinegen.naming import python_identifier
 
+_FORMS = {
+    Operator.NEG: "-{}",
+    Operator.SQRT: "np.sqrt({})",
+    Operator.ATAN2: "_atan2({}, {})",
+    Operator.SELECT_LT: "np.where({} < {}, {}, {})",
+}
 _SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*", Operator.DIV: "/"}
 
 
@@ -54,6 +60,7 @@ class FormulaContext:
     provenance: str
     parameters: bool
     sincos: bool
+    atan2: bool
     formulas: tuple[Formula, ...]
 
 
@@ -72,6 +79,7 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
         provenance=provenance(kernels.robot),
         parameters=bool(kernels.defaults),
         sincos=any("_sincos(" in line for formula in formulas for line in formula.body),
+        atan2=any("_atan2(" in line for formula in formulas for line in formula.body),
         formulas=formulas,
     )
     return {"_numpy.py": environment().get_template("python/_numpy.py.jinja").render(k=context)}
@@ -128,8 +136,13 @@ class _Printer:
 
     def expression(self, statement: Statement) -> str:
         operands = [self.operand(operand) for operand in statement.operands]
-        if statement.operator is Operator.NEG:
-            return f"-{operands[0]}"
+        chosen = statement.operands[2:]
+        if chosen and all(isinstance(each, Constant) for each in chosen):
+            # Of two numbers NumPy would make an array of doubles, whatever it compares.
+            typed = operands[isinstance(statement.operands[0], Constant)]
+            operands[2:] = (f"{typed}.dtype.type({each})" for each in operands[2:])
+        if statement.operator in _FORMS:
+            return _FORMS[statement.operator].format(*operands)
         if statement.operator not in _SYMBOLS:
             raise TypeError(f"Python has no form for the operator {statement.operator!r}")
         return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"

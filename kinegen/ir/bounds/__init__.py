@@ -23,8 +23,8 @@ digits on every machine. The rules are theorems about any group of values, so no
 that a step is a rotation is checked on the operations themselves, sign by sign.
 """
 
-from kinegen.ir.bounds.bound import ErrorBound, FrameBound, bound
+from kinegen.ir.bounds.bound import ErrorBound, FrameBound, bound, has_rules
 from kinegen.ir.bounds.graph import Ranges
 from kinegen.ir.bounds.numbers import NumberType
 
-__all__ = ["ErrorBound", "FrameBound", "NumberType", "Ranges", "bound"]
+__all__ = ["ErrorBound", "FrameBound", "NumberType", "Ranges", "bound", "has_rules"]

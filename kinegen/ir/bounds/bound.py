@@ -10,11 +10,13 @@ from decimal import Decimal, localcontext
 from kinegen.ir.bounds.analysis import analyse
 from kinegen.ir.bounds.graph import Ranges
 from kinegen.ir.bounds.numbers import UPWARDS, NumberType, UnboundedError
-from kinegen.ir.program import Program
+from kinegen.ir.program import Operator, Program
 from kinegen.outputs import Kind, Quantity
 
 _PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
 """Kinds of results that say where frames are."""
+
+_WITHOUT_RULES = (Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class FrameBound:
 
 @dataclass(frozen=True, slots=True)
 class ErrorBound:
-    """How far the results of a program can be off; infinite if they may overflow.
+    """How far the results of a program can be off; infinite if they may overflow, or if there are no rules for it.
 
     Attributes:
         quantity: What the program computes.
@@ -56,6 +58,11 @@ class ErrorBound:
     def rotation(self) -> float | None:
         """The largest error of an entry of a rotation among all frames."""
         return max((frame.rotation for frame in self.frames if frame.rotation is not None), default=None)
+
+
+def has_rules(program: Program) -> bool:
+    """Whether there are rules for all operations of a program; roots, arc tangents and selections have none."""
+    return not any(statement.operator in _WITHOUT_RULES for statement in program.statements)
 
 
 def bound(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:

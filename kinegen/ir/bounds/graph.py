@@ -61,6 +61,9 @@ def graph_of(program: Program) -> Graph:
 
     Values that differ in sign alone are one, since rounding to nearest does not see signs, nor do the emitted sine
     and cosine.
+
+    Raises:
+        UnboundedError: If it has operations without a rule: roots, arc tangents and selections.
     """
     values = Values()
     values.number(Constant(Fraction(1)))
@@ -102,6 +105,8 @@ def _value(values: Values, known: Mapping[str, Value], statement: Statement) -> 
         case Operator.ADD | Operator.SUB:
             second = signs[1] if statement.operator is Operator.ADD else -signs[1]
             return signs[0], values.apply(Operator.ADD if second == signs[0] else Operator.SUB, *numbers)
+        case _:
+            raise UnboundedError
 
 
 def intervals(graph: Graph, program: Program, ranges: Ranges) -> tuple[Interval | None, ...]:

@@ -68,7 +68,7 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
 
     Raises:
         KinegenError: If a length follows an angle (a screw), an angle follows a length, a runtime parameter is a plain
-            number, lengths are multiplied, or anything is divided.
+            number, lengths are multiplied, anything is divided, or a root, an arc tangent or a selection is made.
     """
     angles = _angles(program)
     for statement in program.statements:
@@ -103,6 +103,8 @@ def _check(robot: Robot, statement: Statement, angles: frozenset[str]) -> None:
     """Refuse a statement that mixes angles with lengths, or divides."""
     if statement.operator is Operator.DIV:
         raise refuse(robot, "a runtime parameter stands in a divisor")
+    if statement.operator in (Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT):
+        raise refuse(robot, "integers have no roots, arc tangents and selections")
     is_angle = statement.name in angles or statement.operator in _TRIGONOMETRIC
     for operand in statement.operands:
         if isinstance(operand, Temporary):

@@ -1,0 +1,68 @@
+"""What the emitted square root and arc tangent promise, for the emitters and the headers.
+
+The templates hold the code. Nothing is computed here; tests/functions proves the figures.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Operator, Program
+
+
+@dataclass(frozen=True, slots=True)
+class Routine:
+    """The code of one function for one number type.
+
+    Attributes:
+        template: Needs `prefix` and `qualifier`; defines `PREFIX_sqrt(x)` or `PREFIX_atan2(y, x)`.
+        accuracy: How accurate it is, a sentence for the manual.
+    """
+
+    template: str
+    accuracy: str
+
+
+LINE = 116
+"""Characters of a line of a comment, without the asterisk before it."""
+
+_ROOT = "Square roots are correctly rounded; that of a negative number is NaN."
+_ANGLES = (
+    "Arc tangents of two numbers are {error}; that of two zeros is 0, zeros have no sign, and an infinity or a NaN "
+    "makes them NaN."
+)
+
+ROUTINES: Mapping[Real, Mapping[Operator, Routine]] = MappingProxyType(
+    {
+        real: MappingProxyType(
+            {
+                Operator.SQRT: Routine(f"c/_sqrt_{bits}.c.jinja", _ROOT),
+                Operator.ATAN2: Routine(f"c/_atan2_{bits}.c.jinja", _ANGLES.format(error=error)),
+            }
+        )
+        for real, bits, error in (
+            (Real.DOUBLE, "f64", "within 1.5 units in the last place"),
+            (Real.FLOAT, "f32", "within 1.7e-7 rad"),
+        )
+    }
+)
+"""The functions by number type and operator."""
+
+
+def uses(programs: tuple[Program, ...], *operators: Operator) -> bool:
+    """Whether any program has one of these operations."""
+    return any(statement.operator in operators for program in programs for statement in program.statements)
+
+
+def routine_lines(routines: tuple[Routine, ...]) -> tuple[str, ...]:
+    """What a manual says of functions, as lines of a comment."""
+    return tuple(textwrap.wrap(" ".join(routine.accuracy for routine in routines), LINE))
+
+
+def used_routines(programs: tuple[Program, ...], real: Real) -> tuple[Routine, ...]:
+    """The functions that programs call, besides sine and cosine."""
+    return tuple(routine for operator, routine in ROUTINES[real].items() if uses(programs, operator))
