@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from kinegen.symbolic.fold import NULL, Vector, total
+from kinegen.symbolic.fold import NULL, Attitude, Vector, total
 from kinegen.symbolic.marks import Mark, pieces
 from kinegen.symbolic.pose import UNITS
 from kinegen.symbolic.route import Place, Route, cross, minus, scaled
@@ -29,6 +29,10 @@ class Motion:
     def entries(self) -> tuple[sp.Expr, ...]:
         """Linear, then angular."""
         return (*self.linear, *self.angular)
+
+    def turned(self, attitude: Attitude, sign: int) -> Motion:
+        """In the axes behind a constant attitude, times a sign."""
+        return Motion(_behind_attitude(self.linear, attitude, sign), _behind_attitude(self.angular, attitude, sign))
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,3 +159,8 @@ def _sum(parts: Iterable[tuple[int, Vector]]) -> dict[int, Vector]:
         if vector != NULL:
             found[level] = total(found.get(level, NULL), vector)
     return found
+
+
+def _behind_attitude(vector: Vector, attitude: Attitude, sign: int) -> Vector:
+    x, y, z = (sign * turn * vector[axis] for axis, turn in attitude)
+    return x, y, z

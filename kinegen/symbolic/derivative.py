@@ -18,9 +18,9 @@ from kinegen.symbolic.columns import Motion, angular, linear, moment, movers
 from kinegen.symbolic.expressions import Definition, cost
 from kinegen.symbolic.fold import UPRIGHT, Vector, fold
 from kinegen.symbolic.ledger import Ledger
-from kinegen.symbolic.marks import mark, rates_by, reverse
+from kinegen.symbolic.marks import flipped, mark, rates_by, reverse
 from kinegen.symbolic.pose import UNITS, Plan, cheapest_plan, evaluate, pose_entries
-from kinegen.symbolic.route import Route, scaled
+from kinegen.symbolic.route import Route
 from kinegen.symbolic.transforms import Elementary
 
 Chain = tuple[Elementary, ...]
@@ -116,16 +116,21 @@ class _Attempt:
     def _chain(self, steps: Chain) -> tuple[tuple[sp.Expr, ...], tuple[Motion, ...]]:
         rates = rates_by(steps, self.symbols)
         route = Route(mark(steps, rates), self.ledger)
-        seen = route
-        if self.reference is Reference.LOCAL:
-            seen = Route(mark(*reverse(steps, rates)), self.ledger)
+        seen, attitude = route, UPRIGHT
+        if self.reference is Reference.LOCAL and self.with_poses:
+            seen, attitude = Route(flipped(route.marked), self.ledger), route.marked.attitude
+        elif self.reference is Reference.LOCAL:
+            seen = Route(reverse(steps, rates), self.ledger)
         rotation = self._rotation(steps, seen)
         end = self.ledger.cheapest(route.positions())
-        pose: tuple[sp.Expr, ...] = ()
         if self.with_poses:
             self.ledger.buy(end)
-            pose = tuple(pose_entries(rotation, end, UPRIGHT))
-        return pose, self._motions(seen, end)
+        motions = self._motions(seen, end)
+        if self.reference is Reference.LOCAL:
+            motions = tuple(motion.turned(attitude, -1) for motion in motions)
+        if not self.with_poses:
+            return (), motions
+        return tuple(pose_entries(rotation, end, route.marked.attitude)), motions
 
     def _motions(self, route: Route, end: Vector) -> tuple[Motion, ...]:
         moving = [movers(route, index) for index in range(len(self.symbols))]
@@ -139,24 +144,19 @@ class _Attempt:
             else moment(route, moving[index], turning[index])
             for index in order
         }
-        sign = -sp.S.One if self.reference is Reference.LOCAL else sp.S.One
-        return tuple(
-            Motion(scaled(sign, shifting[index]), scaled(sign, turning[index])) for index in range(len(moving))
-        )
+        return tuple(Motion(shifting[index], turning[index]) for index in range(len(moving)))
 
     def _rotation(self, steps: Chain, seen: Route) -> tuple[Vector, Vector, Vector]:
-        """The columns of the rotation of the pose, as the plan builds them."""
-        columns, attitude = UNITS, UPRIGHT
+        """The columns of the rotation before the constant attitude, as the plan builds them."""
+        columns = UNITS
         if self.plan is _Rotation.OUTWARDS:
-            outwards = [self.ledger.buy(seen.column(len(seen.marked.turns), axis)) for axis in range(3)]
-            columns, attitude = (outwards[0], outwards[1], outwards[2]), seen.marked.attitude
+            x, y, z = (self.ledger.buy(seen.column(len(seen.marked.turns), axis)) for axis in range(3))
+            columns = (x, y, z)
+            if self.reference is Reference.LOCAL:
+                columns = ((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]))
         elif self.plan is _Rotation.AS_POSE:
             folded = fold(steps)
             columns, _ = evaluate(folded, Plan(cheapest_plan(folded).carried), self.ledger.tape)
-            attitude = folded.attitude
             for column in columns:
                 self.ledger.buy(column)
-        x, y, z = (scaled(sp.Integer(sign), columns[axis]) for axis, sign in attitude)
-        if self.plan is _Rotation.OUTWARDS and self.reference is Reference.LOCAL:
-            return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
-        return x, y, z
+        return columns

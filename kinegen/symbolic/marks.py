@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from kinegen.symbolic.fold import NULL, Attitude, Folder, Vector, rotate, total
+from kinegen.symbolic.fold import NULL, UPRIGHT, Attitude, Folder, Vector, rotate, total
 from kinegen.symbolic.transforms import Elementary, Turn, inverse, is_identity
 
 Rates = tuple[sp.Expr, ...]
@@ -53,12 +53,6 @@ def rates_by(steps: Sequence[Elementary], symbols: Sequence[sp.Symbol]) -> tuple
     """The exact derivatives of the angle or length of every elementary transform."""
     values = [step.angle if isinstance(step, Turn) else step.length for step in steps]
     return tuple(tuple(sp.diff(value, symbol) for symbol in symbols) for value in values)
-
-
-def reverse(steps: Sequence[Elementary], rates: Sequence[Rates]) -> tuple[tuple[Elementary, ...], tuple[Rates, ...]]:
-    """The chain from its end to its start, with its rates."""
-    back = tuple(inverse(step) for step in reversed(steps))
-    return back, tuple(tuple(-rate for rate in each) for each in reversed(rates))
 
 
 def mark(steps: Sequence[Elementary], rates: Sequence[Rates]) -> Marked:
@@ -127,3 +121,24 @@ def pieces(items: Sequence[Vector | Mark]) -> Vector:
         if not isinstance(item, Mark):
             translation = total(translation, item)
     return translation
+
+
+def reverse(steps: Sequence[Elementary], rates: Sequence[Rates]) -> Marked:
+    """A chain from its end to its start, folded anew: where axes are parallel, the angles are sums from the end on."""
+    back = [inverse(step) for step in reversed(steps)]
+    return mark(back, [tuple(-rate for rate in each) for each in reversed(rates)])
+
+
+def flipped(marked: Marked) -> Marked:
+    """The chain from its end to its start, in the axes at its end before the constant attitude.
+
+    It is not folded anew: the angles stay those of the chain, so that both share their sines and cosines.
+    """
+    levels = tuple(tuple(_flipped(item) for item in reversed(items)) for items in reversed(marked.levels))
+    return Marked(levels, tuple(Turn(turn.axis, -turn.angle) for turn in reversed(marked.turns)), UPRIGHT)
+
+
+def _flipped(item: Vector | Mark) -> Vector | Mark:
+    if isinstance(item, Mark):
+        return Mark(item.is_turn, item.axis, tuple(-rate for rate in item.rates))
+    return -item[0], -item[1], -item[2]
