@@ -29,10 +29,11 @@ class Differences(Kinematics):
 
     def __init__(self, robot: Robot, q: ArrayLike, params: Mapping[str, Any] | None = None) -> None:
         super().__init__(robot, q, params, exact=True)
-        self._moved = [
-            tuple(Kinematics(robot, self.q + sign * STEP * row, params, exact=True) for sign in (1, -1))
-            for row in np.eye(robot.dof, dtype=int)
-        ]
+        with mpmath.workdps(DIGITS):
+            self._moved = [
+                tuple(Kinematics(robot, self.q + sign * STEP * row, params, exact=True) for sign in (1, -1))
+                for row in np.eye(robot.dof, dtype=int)
+            ]
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Geometric Jacobian, shape (N, 6, dof), from poses on both sides of each joint value."""

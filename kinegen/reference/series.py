@@ -7,6 +7,7 @@ for the derivative of a kinematic chain.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -65,14 +66,17 @@ class Series:
         return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Series:
-        return product(self, other, lambda left, right: left * right)
+        return product(self, other, operator.mul)
 
     __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Series:
+        return product(self, 1 / other, operator.mul)
 
     def __rtruediv__(self, other: Any) -> Series:
         inverse = 1 / self.parts[()]
         reciprocal: Series = _compose(self, (inverse, -(inverse**2), 2 * inverse**3))
-        return reciprocal.__mul__(other)
+        return product(reciprocal, other, operator.mul)
 
     def __pow__(self, exponent: int) -> Series:
         return self if exponent == 1 else self * self.__pow__(exponent - 1)
@@ -104,7 +108,8 @@ def in_series(kind: Kind, order: int) -> Kind:
         kind: The coefficients.
         order: 1 or 2.
     """
-    sqrt, two = kind.arithmetic.functions["sqrt"], kind.arithmetic.number(Fraction(2))
+    functions, two = kind.arithmetic.functions, kind.arithmetic.number(Fraction(2))
+    sqrt = functions["sqrt"]
 
     def sine(angle: Any) -> Any:
         s, c = kind.sin(constant(angle)), kind.cos(constant(angle))
@@ -118,6 +123,19 @@ def in_series(kind: Kind, order: int) -> Kind:
         found = sqrt(constant(value))
         return _compose(value, (found, 1 / (two * found), -1 / (two * two * found * constant(value))))
 
+    def arc_sine(value: Any) -> Any:
+        slope = 1 / sqrt(1 - constant(value) ** 2)
+        return _compose(value, (functions["asin"](constant(value)), slope, constant(value) * slope**3))
+
+    def arc_cosine(value: Any) -> Any:
+        slope = -1 / sqrt(1 - constant(value) ** 2)
+        return _compose(value, (functions["acos"](constant(value)), slope, constant(value) * slope**3))
+
+    def direction(y: Any, x: Any) -> Any:
+        b, a = constant(y), constant(x)
+        turned = (y * a - x * b) / (x * a + y * b)  # the tangent of the small angle by which the point moves
+        return functions["atan2"](b, a) + turned
+
     def matrix(rows: Rows) -> Series:
         filled = [[dict(_parts(entry)) for entry in row] for row in rows]
         monomials = sorted({monomial for row in filled for entry in row for monomial in entry})
@@ -130,7 +148,18 @@ def in_series(kind: Kind, order: int) -> Kind:
         return Series(parts, order)
 
     return Kind(
-        arithmetic=Arithmetic(number=kind.arithmetic.number, pi=kind.arithmetic.pi, functions={"sqrt": root}),
+        arithmetic=Arithmetic(
+            number=kind.arithmetic.number,
+            pi=kind.arithmetic.pi,
+            functions={
+                "sqrt": root,
+                "sin": sine,
+                "cos": cosine,
+                "asin": arc_sine,
+                "acos": arc_cosine,
+                "atan2": direction,
+            },
+        ),
         sin=sine,
         cos=cosine,
         matrix=matrix,

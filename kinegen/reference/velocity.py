@@ -1,9 +1,10 @@
 """Velocities and their derivatives: how frames move when joints or parameters do, by the definitions themselves.
 
-The chain product is evaluated in series, and velocities are read off the products dT/dx T^-1 and T^-1 dT/dx of a pose T
-and its derivative. Rows of all results are linear, then angular. `Reference` says what moves and in which axes: the
-origin of the frame, in the axes of the base (`LOCAL_WORLD_ALIGNED`) or of the frame (`LOCAL`), or the point of the
-moving body at the base's origin, in the axes of the base (`WORLD`).
+The chain product is evaluated in series, and velocities are read off the products R'R^T and R^T R' of a rotation and
+its derivative, the cross products by the angular velocity in the axes of the base and of the frame. Rows of all
+results are linear, then angular. `Reference` says what moves and in which axes: the origin of the frame, in the axes of
+the base (`LOCAL_WORLD_ALIGNED`) or of the frame (`LOCAL`), or the point of the moving body at the base's origin, in the
+axes of the base (`WORLD`).
 """
 
 from __future__ import annotations
@@ -123,11 +124,11 @@ class Kinematics:
             kind = in_series(self._kind(), order)
             return chain(self.robot, values_of(self.robot, q, {**self._params, **params}, kind), kind)
 
-    def _part(self, place: Series, monomial: Monomial) -> Numbers:
+    def _part(self, series: Series, monomial: Monomial, shape: tuple[int, ...]) -> Numbers:
         """One coefficient, for every configuration."""
-        found = place.parts.get(monomial)
-        shape = (len(self.q), 4, 4)
-        return np.zeros(shape) if found is None else np.broadcast_to(found, shape)
+        found = series.parts.get(monomial)
+        whole = (len(self.q), *shape)
+        return np.zeros(whole) if found is None else np.broadcast_to(found, whole)
 
     def _columns(self, place: Series, count: int, reference: Reference) -> Numbers:
         """The velocities when each of the variables grows at unit rate, side by side."""
@@ -135,35 +136,27 @@ class Kinematics:
             return self._joined([self._read(self._velocity(place, column, reference), ()) for column in range(count)])
 
     def _velocity(self, place: Series, variable: int, reference: Reference) -> tuple[Series, Series]:
-        """Matrices whose last column is the velocity of the point, and whose rotation part is the angular velocity."""
-        moving, inverse = place.derivative(variable), _inverse(place)
-        factors = (inverse, moving) if reference is Reference.LOCAL else (moving, inverse)
-        turning = product(*factors, np.matmul)
-        return moving if reference is TIP else turning, turning
+        """Linear velocity, shape (N, 3, 1), and the cross product matrix of the angular velocity, shape (N, 3, 3)."""
+        rotation, position = _blocks(place)
+        turned, shifted = _blocks(place.derivative(variable))
+        inverse = rotation.map(lambda part: part.swapaxes(-1, -2))
+        if reference is Reference.LOCAL:
+            return product(inverse, shifted, np.matmul), product(inverse, turned, np.matmul)
+        turning = product(turned, inverse, np.matmul)
+        return shifted if reference is TIP else shifted - product(turning, position, np.matmul), turning
 
     def _read(self, velocity: tuple[Series, Series], monomial: Monomial) -> Numbers:
         """A velocity, or with a monomial of one variable its derivative, shape (N, 6)."""
-        point, turning = (self._part(series, monomial) for series in velocity)
-        angular = ((turning[:, i, j] - turning[:, j, i]) / 2 for i, j in ((2, 1), (0, 2), (1, 0)))
-        return np.stack([*(point[:, row, 3] for row in range(3)), *angular], axis=1)
+        linear, turning = velocity
+        point = self._part(linear, monomial, (3, 1))
+        cross = self._part(turning, monomial, (3, 3))
+        angular = ((cross[:, i, j] - cross[:, j, i]) / 2 for i, j in ((2, 1), (0, 2), (1, 0)))
+        return np.stack([*(point[:, row, 0] for row in range(3)), *angular], axis=1)
 
     def _joined(self, columns: list[Numbers]) -> Numbers:
         return np.stack(columns, axis=-1) if columns else np.zeros((len(self.q), 6, 0))
 
 
-def _inverse(place: Series) -> Series:
-    """The inverse of a rigid displacement: the transposed rotation after the opposite shift."""
-
-    def turned(part: Numbers) -> Numbers:
-        found = np.zeros_like(part)
-        found[..., :3, :3] = part[..., :3, :3].swapaxes(-1, -2)
-        found[..., 3, 3] = part[..., 3, 3]
-        return found
-
-    def shifted(part: Numbers) -> Numbers:
-        found = np.zeros_like(part)
-        found[..., :3, 3] = -part[..., :3, 3]
-        return found
-
-    identity = Series({(): np.eye(4)}, place.order)
-    return product(place.map(turned), place.map(shifted) + identity, np.matmul)
+def _blocks(place: Series) -> tuple[Series, Series]:
+    """Rotation and position of a pose, or their derivatives."""
+    return place.map(lambda part: part[..., :3, :3]), place.map(lambda part: part[..., :3, 3:])

@@ -32,7 +32,7 @@ MOVED_POSES = 1024
 NUMBERS = 200_000
 """Kernels with large results are tried at about as many joint vectors as give so many numbers."""
 
-EXACT_NUMBERS = 1500
+EXACT_NUMBERS = 500
 """The same in 50 digits."""
 
 LAW_POSES = 4
