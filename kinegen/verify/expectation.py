@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import mpmath
 import numpy as np
 
 from kinegen.outputs import Quantity
+from kinegen.reference import DIGITS
 from kinegen.robot.extent import reach
 from kinegen.verify.known import Known, Numbers, quantity_frames, quantity_reach
 from kinegen.verify.subjects import Split, subjects
@@ -65,9 +67,10 @@ def expect(known: Known, quantity: Quantity) -> Expectation:
         quantity: What the kernel computes.
     """
     frames = quantity_frames(known.robot, quantity)
-    wanted = tuple(
-        tuple(subject.split(subject.expected(known, frame)) for frame in frames) for subject in subjects(quantity)
-    )
+    with mpmath.workdps(DIGITS):
+        wanted = tuple(
+            tuple(subject.split(subject.expected(known, frame)) for frame in frames) for subject in subjects(quantity)
+        )
     lengths, numbers = (
         max((float(_largest(split[part]).max(initial=0)) for result in wanted for split in result), default=0.0)
         for part in (0, 1)

@@ -30,6 +30,9 @@ FORMS = (
 )
 """The forms of orientations."""
 
+ANGLES = (Kind.RPY_ZYX, Kind.RPY_XYZ, Kind.EULER_ZYZ)
+"""Those that are three angles."""
+
 RATES = MappingProxyType({Kind(f"{form}_jacobian"): form for form in FORMS})
 """The forms by the kinds of their derivatives."""
 
@@ -49,12 +52,22 @@ class Subject:
         expected: What the reference says, shape (N, ...).
         split: The entries that are lengths, and all others, shape (N, entries) each.
         read: Makes what a kernel gave comparable; numbers that break a promise become NaN.
+        numbers: What the kernel must return, where that is not `expected` itself.
+        margin: How far these numbers are from where they jump, shape (N,); None where they nowhere do.
+        turns: Whether they are angles, of which whole turns do not matter.
     """
 
     rank: int
     expected: Callable[[Known, str], Numbers]
     split: Callable[[Numbers], Split]
     read: Callable[[Known, str, Numbers], Numbers] = lambda _known, _frame, found: found
+    numbers: Callable[[Known, str], Numbers] | None = None
+    margin: Callable[[Known, str], Numbers] | None = None
+    turns: bool = False
+
+    def returned(self, known: Known, frame: str) -> Numbers:
+        """What the kernel must return, shape (N, ...)."""
+        return (self.numbers or self.expected)(known, frame)
 
 
 def subjects(quantity: Quantity) -> tuple[Subject, ...]:
@@ -122,23 +135,41 @@ def _orientation(quantity: Quantity) -> tuple[Subject, ...]:
         numbers = found.astype(np.float64)
         return np.where(_is_in_range(form, numbers)[:, None, None], rotations(form, numbers), np.nan)
 
-    return (Subject(1, lambda known, frame: known.motion.pose(frame)[:, :3, :3], _split_numbers, read),)
+    return (
+        Subject(
+            1,
+            lambda known, frame: known.motion.pose(frame)[:, :3, :3],
+            _split_numbers,
+            read,
+            numbers=lambda known, frame: _turned(known, frame).numbers(form),
+            margin=lambda known, frame: _turned(known, frame).margin(form),
+            turns=form in ANGLES,
+        ),
+    )
 
 
 def _orientation_rates(quantity: Quantity) -> tuple[Subject, ...]:
     form = RATES[quantity.kind]
 
-    def weighted(known: Known, frame: str, rates: Numbers) -> Numbers:
-        margin = Orientation(known.motion.pose(frame)[:, :3, :3]).margin(form)
-        is_angle = form in (Kind.RPY_ZYX, Kind.RPY_XYZ, Kind.EULER_ZYZ)
-        weight = np.where(margin < CLOSEST, 0 * margin, margin**2 if is_angle else 1 + 0 * margin)
-        return rates * weight[:, None, None]
+    def margin(known: Known, frame: str) -> Numbers:
+        return _turned(known, frame).margin(form)
+
+    def rates(known: Known, frame: str) -> Numbers:
+        return _turned(known, frame).jacobian(form, known.motion.jacobian(frame)[:, 3:])
+
+    def weighted(known: Known, frame: str, found: Numbers) -> Numbers:
+        distance = margin(known, frame)
+        weight = np.where(distance < CLOSEST, 0 * distance, distance**2 if form in ANGLES else 1 + 0 * distance)
+        return found * weight[:, None, None]
 
     def expected(known: Known, frame: str) -> Numbers:
-        rotation = known.motion.pose(frame)[:, :3, :3]
-        return weighted(known, frame, Orientation(rotation).jacobian(form, known.motion.jacobian(frame)[:, 3:]))
+        return weighted(known, frame, rates(known, frame))
 
-    return (Subject(2, expected, _split_numbers, weighted),)
+    return (Subject(2, expected, _split_numbers, weighted, rates, margin),)
+
+
+def _turned(known: Known, frame: str) -> Orientation:
+    return Orientation(known.motion.pose(frame)[:, :3, :3])
 
 
 def _inverse_pose(_: Quantity) -> tuple[Subject, ...]:
