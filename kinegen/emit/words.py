@@ -38,6 +38,11 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.INVERSE_POSE: "Inverse of a pose",
         Kind.TRANSFORM_POINT: "A point given in the frame of a pose, in the frame that the pose is given in",
         Kind.ADJOINT: "Adjoint of a pose: it turns a twist of the moved frame, linear, then angular, into the other",
+        Kind.ACTUATORS_TO_JOINTS: "Joint vector for readings of the actuators",
+        Kind.JOINTS_TO_ACTUATORS: "Readings of the actuators for a joint vector",
+        Kind.FK_ACTUATORS: "Pose of {frame} in the base frame for readings of the actuators",
+        Kind.JACOBIAN_ACTUATORS: f"Derivative of the pose of {{frame}} by the readings of the actuators, {_ROWS}, "
+        "{reference}",
         Kind.INVERSE: "Joint values of all branches for a pose of {frame}, and which of them are solutions",
     }
 )
@@ -53,6 +58,8 @@ _REFERENCE: Mapping[Reference, str] = MappingProxyType(
 _INPUT: Mapping[str, str] = MappingProxyType(
     {
         "q": "joint vector",
+        "joints": "joint vector",
+        "actuators": "readings of the actuators",
         "qd": "joint velocities, per second",
         "qdd": "joint accelerations, per second squared",
         "point": "x, y, z",

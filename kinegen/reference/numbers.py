@@ -38,7 +38,18 @@ def _stack(rows: Rows, dtype: Any = np.float64) -> NDArray[Any]:
 
 
 FLOATS = Kind(
-    arithmetic=Arithmetic(number=float, pi=np.pi, functions={"sqrt": np.sqrt}),
+    arithmetic=Arithmetic(
+        number=float,
+        pi=np.pi,
+        functions={
+            "sqrt": np.sqrt,
+            "sin": np.sin,
+            "cos": np.cos,
+            "asin": np.arcsin,
+            "acos": np.arccos,
+            "atan2": np.arctan2,
+        },
+    ),
     sin=np.sin,
     cos=np.cos,
     matrix=_stack,
@@ -60,14 +71,26 @@ def digits() -> Kind:
 
 def digit_arrays() -> Kind:
     """The same numbers in arrays of NumPy, one for each joint vector."""
-    sin, cos, sqrt = (np.frompyfunc(function, 1, 1) for function in (mpmath.sin, mpmath.cos, mpmath.sqrt))
+    unary = {"sqrt": mpmath.sqrt, "sin": mpmath.sin, "cos": mpmath.cos, "asin": mpmath.asin, "acos": mpmath.acos}
+    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in unary.items()}
+    functions["atan2"] = np.frompyfunc(mpmath.atan2, 2, 1)
     return Kind(
-        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={"sqrt": sqrt}),
-        sin=sin,
-        cos=cos,
+        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions=functions),
+        sin=functions["sin"],
+        cos=functions["cos"],
         matrix=lambda rows: _stack(rows, object),
         multiply=np.matmul,
     )
+
+
+def _real(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """NaN where mpmath would give a complex number."""
+
+    def real(value: Any) -> Any:
+        found = function(value)
+        return found if isinstance(found, mpmath.mpf) else mpmath.nan
+
+    return real
 
 
 def _exact(value: Fraction) -> Any:

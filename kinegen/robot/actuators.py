@@ -105,8 +105,8 @@ class FourBar:
         parallelogram: Whether opposite bars are equal and not crossed, so that the rocker stands as the crank does.
         ahead: 1 if the crank stands ahead of the line from its pivot to the tip of the rocker over all its limits, -1
             if behind; the inverse needs it.
-        turned: Quarter turns from which two directions are counted, so that neither jumps within the limits: from the
-            rocker's pivot to the tip of the crank, and from the crank's pivot to the tip of the rocker.
+        turns: Whole turns to add, to the rocker's angle so that it lies between -pi and pi in the middle of the
+            limits, and to the crank's so that the inverse gives back what the motor read.
         sign: 1 or -1.
         offset: Earlier joints and parameters may stand in it.
         line: Line of the file.
@@ -119,7 +119,7 @@ class FourBar:
     crossed: bool
     parallelogram: bool
     ahead: int
-    turned: tuple[int, int]
+    turns: tuple[int, int]
     sign: int
     offset: Expression
     line: int

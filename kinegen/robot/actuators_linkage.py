@@ -1,14 +1,13 @@
 """How a four-bar linkage stands over the limits of its crank, in floats: whether it closes, and on which side.
 
 In: lengths and crank angles. Out: what decides between the two ways in which the bars fit together. Nothing computed
-here enters a kernel but signs and quarter turns.
+here enters a kernel but signs and whole turns.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 STEPS = 720
@@ -18,7 +17,7 @@ _SLACK = 1e-9
 """Relative to the longest bar; a linkage may just reach a dead point of its rocker."""
 
 Bars = tuple[float, float, float, float]
-Point = tuple[float, float]
+"""Ground, crank, coupler and rocker."""
 
 
 class LinkageError(ValueError):
@@ -34,14 +33,14 @@ class Assembly:
     """What stays the same between the limits; see `actuators.FourBar`."""
 
     ahead: int
-    turned: tuple[int, int]
+    turns: tuple[int, int]
 
 
 def assemble(bars: Bars, angles: tuple[float, float], *, crossed: bool) -> Assembly:
     """Follow a linkage from one limit of its crank to the other.
 
     Args:
-        bars: Ground, crank, coupler and rocker.
+        bars: The lengths.
         angles: First and last crank angle, in radians from the ground line.
         crossed: Which of the two assemblies.
 
@@ -50,67 +49,57 @@ def assemble(bars: Bars, angles: tuple[float, float], *, crossed: bool) -> Assem
     """
     first, last = angles
     cranks = [first + (last - first) * step / STEPS for step in range(STEPS + 1)]
-    tips = [_tips(bars, crank, crossed=crossed) for crank in cranks]
-    ahead = [_side(crank, rocker) for crank, rocker in tips]
+    rockers = [_rocker(bars, crank, crossed=crossed) for crank in cranks]
     slack = _SLACK * max(bars) ** 2
-    sides = [(crank, side > 0) for crank, side in zip(cranks, ahead, strict=True) if abs(side) > slack]
-    for (_, before), (crank, after) in itertools.pairwise(sides):
+    sides = [(crank, _side(bars, crank, rocker)) for crank, rocker in zip(cranks, rockers, strict=True)]
+    clear = [(crank, side > 0) for crank, side in sides if abs(side) > slack]
+    for (_, before), (crank, after) in itertools.pairwise(clear):
         if before is not after:
             remedy = "limits lie on one side of this dead centre"
             raise LinkageError(f"crank and coupler stand in one line, where the rocker turns back; {remedy}", crank)
-    sign = 1 if sum(ahead) > 0 else -1
-    ground = bars[0]
-    outer = _quarters([_direction((x - ground, y)) for (x, y), _ in tips])
-    inner = _quarters([_direction(rocker) for _, rocker in tips])
-    middle = STEPS // 2
-    return Assembly(sign, (_natural(tips[middle], outer, ground), _matching(cranks[middle], tips[middle][1], inner)))
+    ahead = 1 if clear and clear[0][1] else -1
+    crank, rocker = cranks[STEPS // 2], rockers[STEPS // 2]
+    natural = -round(rocker / math.tau)
+    back = _crank(bars, rocker + natural * math.tau, ahead)
+    return Assembly(ahead, (natural, round((crank - back) / math.tau)))
 
 
-def _tips(bars: Bars, crank: float, *, crossed: bool) -> tuple[Point, Point]:
-    """The tips of crank and rocker."""
+def _rocker(bars: Bars, crank: float, *, crossed: bool) -> float:
+    """The rocker's angle, which does not jump where the crank moves on."""
     ground, a, b, c = bars
-    tip = a * math.cos(crank), a * math.sin(crank)
-    x, y = tip[0] - ground, tip[1]
+    x, y = a * math.cos(crank) - ground, a * math.sin(crank)
     diagonal = math.hypot(x, y)
     slack = _SLACK * max(bars)
     low, high = abs(b - c), b + c
     if diagonal <= slack or not low - slack <= diagonal <= high + slack:
         reach = f"coupler and rocker reach from {low:.4g} to {high:.4g}"
         raise LinkageError(f"the tip of the crank is {diagonal:.4g} from the rocker's pivot, but {reach}", crank)
-    cosine = max(-1.0, min(1.0, (diagonal**2 + c**2 - b**2) / (2 * diagonal * c)))
-    rocker = math.atan2(y, x) + (1 if crossed else -1) * math.acos(cosine)
-    return tip, (ground + c * math.cos(rocker), c * math.sin(rocker))
+    if a > ground:
+        direction = crank + math.atan2(ground * math.sin(crank), a - ground * math.cos(crank))
+    else:
+        direction = math.pi + math.atan2(-y, -x)
+    return direction + (1 if crossed else -1) * _corner(diagonal, c, b)
 
 
-def _side(crank: Point, rocker: Point) -> float:
+def _crank(bars: Bars, rocker: float, ahead: int) -> float:
+    """The crank's angle, which does not jump where the rocker moves on."""
+    ground, a, b, c = bars
+    x, y = ground + c * math.cos(rocker), c * math.sin(rocker)
+    if c > ground:
+        direction = rocker + math.atan2(-ground * math.sin(rocker), c + ground * math.cos(rocker))
+    else:
+        direction = math.atan2(y, x)
+    return direction + ahead * _corner(math.hypot(x, y), a, b)
+
+
+def _corner(diagonal: float, side: float, opposite: float) -> float:
+    """The angle between a diagonal and a bar, opposite of another bar."""
+    cosine = (diagonal**2 + side**2 - opposite**2) / (2 * diagonal * side)
+    return math.acos(max(-1.0, min(1.0, cosine)))
+
+
+def _side(bars: Bars, crank: float, rocker: float) -> float:
     """Positive where the crank stands ahead of the tip of the rocker, both seen from the crank's pivot."""
-    return rocker[0] * crank[1] - rocker[1] * crank[0]
-
-
-def _direction(point: Point) -> float:
-    return math.atan2(point[1], point[0])
-
-
-def _quarters(directions: Sequence[float]) -> int:
-    """The quarter turn whose opposite is farthest from all directions, so that atan2 jumps at none of them."""
-    clear = [min(abs(math.remainder(d - (k + 2) * math.pi / 2, math.tau)) for d in directions) for k in range(4)]
-    return clear.index(max(clear))
-
-
-def _natural(tips: tuple[Point, Point], quarters: int, ground: float) -> int:
-    """Whole turns added, so that the rocker's angle in the middle of the limits lies between -pi and pi."""
-    (x, y), (tip_x, tip_y) = tips
-    rocker = math.atan2(tip_y, tip_x - ground)
-    direction = rocker + math.remainder(math.atan2(y, x - ground) - rocker, math.tau)
-    return _whole(direction, quarters)
-
-
-def _matching(crank: float, rocker_tip: Point, quarters: int) -> int:
-    """Whole turns added, so that the crank's angle comes back as it was."""
-    direction = crank + math.remainder(_direction(rocker_tip) - crank, math.tau)
-    return _whole(direction, quarters)
-
-
-def _whole(direction: float, quarters: int) -> int:
-    """`quarters` and as many whole turns that what is left of a direction lies between -pi and pi."""
-    return quarters + 4 * round((direction - quarters * math.pi / 2) / math.tau)
+    ground, a, _, c = bars
+    x, y = ground + c * math.cos(rocker), c * math.sin(rocker)
+    return a * (x * math.sin(crank) - y * math.cos(crank))

@@ -224,7 +224,7 @@ class _Resolver:
             crossed=raw.crossed,
             parallelogram=parallelogram,
             ahead=assembly.ahead,
-            turned=assembly.turned,
+            turns=assembly.turns,
             sign=raw.sign,
             offset=self._free(raw.slot("offset")),
             line=raw.line,

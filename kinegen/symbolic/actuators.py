@@ -163,7 +163,7 @@ class Drivetrain:
 def bars_of(drive: FourBar, value: Callable[[Expression], sp.Expr]) -> Bars:
     """The bars of a linkage with exact numbers."""
     ground, crank, coupler, rocker = (value(bar) for bar in drive.bars)
-    return Bars(ground, crank, coupler, rocker, drive.crossed, drive.ahead, drive.turned)
+    return Bars(ground, crank, coupler, rocker, drive.crossed, drive.ahead, drive.turns)
 
 
 def readings_of(robot: Robot) -> dict[str, sp.Symbol]:

@@ -78,7 +78,7 @@ class Bars:
     rocker: sp.Expr
     crossed: bool
     ahead: int
-    turned: tuple[int, int]
+    turns: tuple[int, int]
 
 
 def rocker(tape: Tape, bars: Bars, angle: sp.Expr) -> Turned:
@@ -97,7 +97,8 @@ def rocker(tape: Tape, bars: Bars, angle: sp.Expr) -> Turned:
     y = tape.name(a * sp.sin(angle))
     square = tape.name(x**2 + y**2)
     along, area = _corner(tape, square, c, bars.coupler)
-    found = tape.name(_direction(tape, x, y, bars.turned[0]) + side * tape.name(sp.atan2(area, along, evaluate=False)))
+    corner = tape.name(sp.atan2(area, along, evaluate=False))
+    found = tape.name(_towards_crank(tape, bars, angle) + side * corner + 2 * sp.pi * bars.turns[0])
     scale = tape.name(1 / tape.name(2 * c * square))
     cosine = tape.name(scale * tape.name(x * along - side * y * area))
     sine = tape.name(scale * tape.name(y * along + side * x * area))
@@ -118,7 +119,7 @@ def crank(tape: Tape, bars: Bars, angle: sp.Expr) -> sp.Expr:
     y = tape.name(bars.rocker * sp.sin(angle))
     along, area = _corner(tape, tape.name(x**2 + y**2), bars.crank, bars.coupler)
     corner = tape.name(sp.atan2(area, along, evaluate=False))
-    return tape.name(_direction(tape, x, y, bars.turned[1]) + bars.ahead * corner)
+    return tape.name(_towards_rocker(tape, bars, angle) + bars.ahead * corner + 2 * sp.pi * bars.turns[1])
 
 
 def _corner(tape: Tape, square: sp.Expr, side: sp.Expr, opposite: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
@@ -128,7 +129,25 @@ def _corner(tape: Tape, square: sp.Expr, side: sp.Expr, opposite: sp.Expr) -> tu
     return along, tape.name(sp.sqrt(tape.name(tape.name(whole - along) * tape.name(whole + along))))
 
 
-def _direction(tape: Tape, x: sp.Expr, y: sp.Expr, quarters: int) -> sp.Expr:
-    """The direction of a point, counted from a number of quarter turns, at most half a turn away from there."""
-    across = ((y, x), (-x, y), (-y, -x), (x, -y))[quarters % 4]
-    return tape.name(sp.atan2(*across, evaluate=False)) + quarters * sp.pi / 2
+def _towards_crank(tape: Tape, bars: Bars, angle: sp.Expr) -> sp.Expr:
+    """The direction from the rocker's pivot to the tip of the crank, which does not jump where the crank moves on.
+
+    The tip of a crank shorter than the ground never leaves the far side of the rocker's pivot; a longer one goes
+    around that pivot, and the direction is never far from the crank's own.
+    """
+    a, ground = bars.crank, bars.ground
+    if a > ground:
+        y, x = tape.name(ground * sp.sin(angle)), tape.name(a - ground * sp.cos(angle))
+        return angle + tape.name(sp.atan2(y, x, evaluate=False))
+    y, x = tape.name(-a * sp.sin(angle)), tape.name(ground - a * sp.cos(angle))
+    return sp.pi + tape.name(sp.atan2(y, x, evaluate=False))
+
+
+def _towards_rocker(tape: Tape, bars: Bars, angle: sp.Expr) -> sp.Expr:
+    """The direction from the crank's pivot to the tip of the rocker, in the same way."""
+    c, ground = bars.rocker, bars.ground
+    if c > ground:
+        y, x = tape.name(-ground * sp.sin(angle)), tape.name(c + ground * sp.cos(angle))
+        return angle + tape.name(sp.atan2(y, x, evaluate=False))
+    y, x = tape.name(c * sp.sin(angle)), tape.name(ground + c * sp.cos(angle))
+    return tape.name(sp.atan2(y, x, evaluate=False))

@@ -27,6 +27,9 @@ from kinegen.symbolic.signatures import (
 
 KINDS = (Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
 
+JOINTS = "joints"
+"""The joint vector beside the actuator vector."""
+
 
 def derive_actuators(robot: Robot, quantity: Quantity) -> Expressions:
     """Derive what has to do with actuators.
@@ -62,13 +65,13 @@ def actuator_array(robot: Robot) -> Array:
 def _joints(robot: Robot, quantity: Quantity) -> Expressions:
     train = drivetrain(robot)
     entries = [train.values[variable.name] for variable in robot.variables]
-    return _expressions(train, quantity, joint_array(robot), entries)
+    return _expressions(train, quantity, joint_array(robot, JOINTS), entries)
 
 
 def _readings(robot: Robot, quantity: Quantity) -> Expressions:
     solution = solve(robot)
     return Expressions(
-        signature=signature(robot, quantity, (joint_array(robot),), actuator_array(robot)),
+        signature=signature(robot, quantity, (joint_array(robot, JOINTS),), actuator_array(robot)),
         variables=joint_symbols(robot, solution.values),
         parameters=parameter_symbols(robot, solution.values),
         definitions=tuple(solution.tape.definitions),

@@ -52,8 +52,9 @@ class Known:
 
     @property
     def joints(self) -> Numbers:
-        """The joint vectors; without entries for kernels that take none."""
-        return self.inputs.get("q", np.zeros((self.count, 0)))
+        """The joint vectors, or what stands for them; without entries for kernels that take none."""
+        given = (self.inputs[name] for name in ("q", "joints", "actuators") if name in self.inputs)
+        return next(given, np.zeros((self.count, 0)))
 
 
 def quantity_frames(robot: Robot, quantity: Quantity) -> tuple[str, ...]:

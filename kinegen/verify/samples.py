@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.outputs import Array, Kind
-from kinegen.reference import rotations
+from kinegen.reference import Actuation, rotations
+from kinegen.robot.actuators_extent import reading_box
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
@@ -95,7 +96,8 @@ def input_samples(robot: Robot, inputs: Sequence[Array], points: FloatArray) -> 
 
     Returns:
         For each array by name N values: the joint vectors; rates and accelerations in -1 to 1, some of them zero; poses
-        within reach, with rotations of every kind and some of a quarter or half turn; points within reach.
+        within reach, with rotations of every kind and some of a quarter or half turn; points within reach; readings of
+        actuators, and joint vectors that belong to readings.
     """
     generator = np.random.default_rng(SEED)
     count, extent = len(points), reach(robot)
@@ -103,6 +105,9 @@ def input_samples(robot: Robot, inputs: Sequence[Array], points: FloatArray) -> 
     for array in inputs:
         if array.name == "q":
             found[array.name] = points
+        elif array.name in ("actuators", "joints"):
+            readings = _readings(robot, generator, count)
+            found[array.name] = readings if array.name == "actuators" else _joints(robot, readings)
         elif array.is_pose:
             found[array.name] = _poses(generator, count, extent)
         elif array.shape == (robot.dof,):
@@ -112,6 +117,23 @@ def input_samples(robot: Robot, inputs: Sequence[Array], points: FloatArray) -> 
         else:
             found[array.name] = generator.uniform(-extent, extent, (count, *array.shape))
     return found
+
+
+def _readings(robot: Robot, generator: np.random.Generator, count: int) -> FloatArray:
+    """Actuator vectors: the middle of their box, corners of it, and random ones."""
+    box = np.array(reading_box(robot))
+    readings = generator.uniform(box[:, 0], box[:, 1], (count, len(box)))
+    corners = generator.integers(0, 2, (len(readings[::EVERY]), len(box)))
+    readings[::EVERY] = np.where(corners, box[:, 1], box[:, 0])
+    readings[:1] = box.mean(axis=1)
+    return readings
+
+
+def _joints(robot: Robot, readings: FloatArray) -> FloatArray:
+    """Joint vectors that actuators can bring about."""
+    joints = Actuation(robot, readings).joints
+    possible = joints[~np.isnan(joints).any(axis=1)]
+    return joints if len(possible) == len(joints) else np.resize(possible, joints.shape)
 
 
 def _poses(generator: np.random.Generator, count: int, extent: float) -> FloatArray:

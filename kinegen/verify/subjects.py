@@ -15,7 +15,8 @@ from types import MappingProxyType
 import numpy as np
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.reference import Orientation, rotations
+from kinegen.reference import Actuation, Orientation, rotations
+from kinegen.robot.model import JointType
 from kinegen.verify.known import Known, Numbers
 
 Split = tuple[Numbers, Numbers]
@@ -197,6 +198,39 @@ def _adjoint(_: Quantity) -> tuple[Subject, ...]:
     return (Subject(2, lambda known, _: adjoint(known.inputs["a_T_b"]), _split_adjoint),)
 
 
+def _joints_of_actuators(_: Quantity) -> tuple[Subject, ...]:
+    def read(known: Known, _frame: str, found: Numbers) -> Numbers:
+        wanted = known.driven.joints
+        impossible = np.where(_is_nan(found), 0, math.inf)
+        return np.where(_is_nan(wanted), impossible, _unwound(known, wanted, found))
+
+    return (Subject(1, lambda known, _: _defined(known.driven.joints), _split_numbers, read),)
+
+
+def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
+    """Right are the readings that give the joints back."""
+
+    def read(known: Known, _frame: str, found: Numbers) -> Numbers:
+        again = Actuation(known.robot, found, exact=known.exact).joints
+        return _unwound(known, known.inputs["joints"], again)
+
+    return (Subject(1, lambda known, _: known.inputs["joints"], _split_numbers, read),)
+
+
+def _pose_of_actuators(_: Quantity) -> tuple[Subject, ...]:
+    def wanted(known: Known, frame: str) -> Numbers:
+        return known.driven.motion.pose(frame)
+
+    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), _split_matrix, _where_defined(wanted)),)
+
+
+def _jacobian_of_actuators(quantity: Quantity) -> tuple[Subject, ...]:
+    def wanted(known: Known, frame: str) -> Numbers:
+        return known.driven.jacobian(frame, quantity.reference)
+
+    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), _split_rows, _where_defined(wanted)),)
+
+
 _SUBJECTS: Mapping[Kind, Callable[[Quantity], tuple[Subject, ...]]] = MappingProxyType(
     {
         Kind.POSE: _pose,
@@ -212,6 +246,10 @@ _SUBJECTS: Mapping[Kind, Callable[[Quantity], tuple[Subject, ...]]] = MappingPro
         Kind.INVERSE_POSE: _inverse_pose,
         Kind.TRANSFORM_POINT: _transform_point,
         Kind.ADJOINT: _adjoint,
+        Kind.ACTUATORS_TO_JOINTS: _joints_of_actuators,
+        Kind.JOINTS_TO_ACTUATORS: _actuators_of_joints,
+        Kind.FK_ACTUATORS: _pose_of_actuators,
+        Kind.JACOBIAN_ACTUATORS: _jacobian_of_actuators,
         **dict.fromkeys(FORMS, _orientation),
         **dict.fromkeys(RATES, _orientation_rates),
     }
@@ -263,6 +301,27 @@ def _is_in_range(form: Kind, numbers: Numbers) -> Numbers:
         low, high = (0.0, half) if form is Kind.EULER_ZYZ else (-half / 2, half / 2)
         inside = (np.abs(numbers) <= half).all(axis=1) & (numbers[:, 1] >= low) & (numbers[:, 1] <= high)
     return inside
+
+
+def _unwound(known: Known, wanted: Numbers, found: Numbers) -> Numbers:
+    """Joints without the whole turns by which they differ from others, and which no pose can tell."""
+    turns = np.nan_to_num(np.round((found - wanted).astype(np.float64) / (2 * math.pi)), posinf=0, neginf=0)
+    revolute = [variable.type is JointType.REVOLUTE for variable in known.robot.variables]
+    return found - 2 * math.pi * np.where(revolute, turns, 0)
+
+
+def _is_nan(numbers: Numbers) -> Numbers:
+    return np.isnan(numbers.astype(np.float64))
+
+
+def _defined(numbers: Numbers) -> Numbers:
+    """Zero where readings of actuators are impossible."""
+    return np.where(_is_nan(numbers), 0, numbers)
+
+
+def _where_defined(wanted: Callable[[Known, str], Numbers]) -> Callable[[Known, str, Numbers], Numbers]:
+    """Zero for whatever a kernel gives there; what does not depend on such a reading may have a value."""
+    return lambda known, frame, found: np.where(_is_nan(wanted(known, frame)), 0, found)
 
 
 def adjoint(a_T_b: Numbers) -> Numbers:

@@ -1,0 +1,126 @@
+"""Joints by the readings of actuators, and back to the base: the formulas of the books, evaluated as they stand.
+
+Angles of triangles are arc cosines, the rocker of a four-bar linkage is Freudenstein's equation, derivatives are those
+of the series; nothing of it is shared with the way to the kernels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, assert_never
+
+import mpmath
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinegen.outputs import Reference
+from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
+from kinegen.reference.series import Series, in_series
+from kinegen.reference.velocity import TIP, Kinematics
+from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Triangle
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.model import Robot
+
+Numbers = NDArray[Any]
+
+
+class Actuation:
+    """A robot at some readings of its actuators.
+
+    Args:
+        robot: The robot, with actuators.
+        readings: Actuator vectors, shape (N, number of actuators); radians, the file's length unit, or bare numbers.
+        exact: Whether to compute with `DIGITS` digits.
+    """
+
+    def __init__(self, robot: Robot, readings: ArrayLike, *, exact: bool = False) -> None:
+        self.robot = robot
+        self.exact = exact
+        self._kind = digit_arrays if exact else lambda: FLOATS
+        with mpmath.workdps(DIGITS):
+            rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else np.float64))
+            self.readings: Numbers = np.frompyfunc(mpmath.mpf, 1, 1)(rows) if exact else rows
+
+    @cached_property
+    def joints(self) -> Numbers:
+        """Joint vectors, shape (N, dof)."""
+        with mpmath.workdps(DIGITS), np.errstate(invalid="ignore"):
+            found = _joints(self.robot, list(self.readings.T), self._kind())
+            return self._stacked([found[variable.name] for variable in self.robot.variables])
+
+    @cached_property
+    def rates(self) -> Numbers:
+        """Derivatives of the joints by the readings, shape (N, dof, number of actuators)."""
+        count = self.readings.shape[1]
+        with mpmath.workdps(DIGITS), np.errstate(invalid="ignore", divide="ignore"):
+            columns = [Series({(): column, (place,): 1}, 1) for place, column in enumerate(self.readings.T)]
+            found = _joints(self.robot, columns, in_series(self._kind(), 1))
+            series = [found[variable.name] for variable in self.robot.variables]
+            parts = [self._stacked([each.parts.get((place,), 0) for each in series]) for place in range(count)]
+        return np.stack(parts, axis=-1)
+
+    @cached_property
+    def motion(self) -> Kinematics:
+        """Poses and velocities at the joints."""
+        return Kinematics(self.robot, self.joints, exact=self.exact)
+
+    def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
+        """Velocities of a frame at unit rates of the readings, shape (N, 6, number of actuators)."""
+        with mpmath.workdps(DIGITS):
+            found: Numbers = self.motion.jacobian(frame, reference) @ self.rates
+        return found
+
+    def _stacked(self, columns: list[Any]) -> Numbers:
+        shape = len(self.readings)
+        return np.stack([np.broadcast_to(np.asarray(column), shape) for column in columns], axis=-1)
+
+
+def _joints(robot: Robot, readings: list[Any], kind: Kind) -> dict[str, Any]:
+    """A value for every joint, in the order in which the file gives them."""
+    values = {entry.name: evaluate(entry.value, {}, kind.arithmetic) for entry in robot.parameters}
+    values |= {reading.name: column for reading, column in zip(robot.actuators.readings, readings, strict=True)}
+    for drive in robot.actuators.drives:
+        values |= zip(drive.joints, _driven(drive, values, kind), strict=True)
+    return values
+
+
+def _driven(drive: Drive, values: Mapping[str, Any], kind: Kind) -> tuple[Any, ...]:
+    def value(expression: Expression) -> Any:
+        return evaluate(expression, values, kind.arithmetic)
+
+    match drive:
+        case Coupling():
+            rows = (
+                sum(
+                    (value(entry) * values[name] for entry, name in zip(row, drive.actuators, strict=True)),
+                    value(offset),
+                )
+                for row, offset in zip(drive.matrix, drive.offsets, strict=True)
+            )
+            return tuple(rows)
+        case Triangle():
+            length = value(drive.length[0]) * values[drive.actuator] + value(drive.length[1])
+            a, b = (value(side) for side in drive.sides)
+            angle = kind.arithmetic.functions["acos"]((a**2 + b**2 - length**2) / (2 * a * b))
+        case FourBar():
+            angle = value(drive.angle[0]) * values[drive.actuator] + value(drive.angle[1])
+            if not drive.parallelogram:
+                bars = tuple(value(bar) for bar in drive.bars)
+                angle = _rocker(bars, angle, kind, crossed=drive.crossed)
+        case Formula():
+            return (value(drive.value),)
+        case _:
+            assert_never(drive)
+    return (drive.sign * angle + value(drive.offset),)
+
+
+def _rocker(bars: tuple[Any, ...], angle: Any, kind: Kind, *, crossed: bool) -> Any:
+    """Norton, Design of Machinery, 5th ed., eq. 4.8 to 4.10, of bars d (ground), a, b and c; up to whole turns."""
+    d, a, b, c = bars
+    functions = kind.arithmetic.functions
+    sine, cosine = functions["sin"](angle), functions["cos"](angle)
+    k1, k2, k3 = d / a, d / c, (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
+    A, B, C = cosine - k1 - k2 * cosine + k3, -2 * sine, k1 - (k2 + 1) * cosine + k3
+    root = functions["sqrt"](B**2 - 4 * A * C)
+    return 2 * functions["atan2"](-B + root if crossed else -B - root, 2 * A)

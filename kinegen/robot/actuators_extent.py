@@ -1,0 +1,107 @@
+"""How far the actuators of a robot go: what their readings can be, and the box over which kernels are compared.
+
+In: a `Robot` with actuators. Out: floats in the units of the kernels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from kinegen.robot.actuators import Coupling, FourBar, Reading, Triangle
+from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.extent import joint_box
+from kinegen.robot.model import Dimension, Robot
+
+MARGIN = 0.01
+"""Share of the way of a linkage that is left out at either end: at a dead centre every rounding error is boundless."""
+
+_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
+
+Range = tuple[float, float]
+
+
+def reading_ranges(robot: Robot) -> tuple[Range, ...]:
+    """What each reading can be.
+
+    Args:
+        robot: The robot; runtime parameters have the values of the file.
+
+    Returns:
+        A lower and an upper bound for each reading: the limits of the file, and where it drives a triangle no more than
+        lets that close; infinite where nothing is known.
+    """
+    return tuple(_met(_limits(reading), *_closing(robot, reading, 0.0)) for reading in robot.actuators.readings)
+
+
+def reading_box(robot: Robot) -> tuple[Range, ...]:
+    """The box of actuator vectors over which kernels are compared.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The ranges, where linkages stay clear of their dead centres by `MARGIN`. A reading without any bound goes as far
+        as takes one of its joints from end to end of its box, or else half a turn or 1 to either side.
+    """
+    box = []
+    for reading in robot.actuators.readings:
+        low, high = _met(_limits(reading), *_closing(robot, reading, MARGIN))
+        far = _far(robot, reading)
+        box.append((low if math.isfinite(low) else -far, high if math.isfinite(high) else far))
+    return tuple(box)
+
+
+def _value(robot: Robot, expression: Expression) -> float:
+    values = {entry.name: evaluate(entry.value, {}, _FLOATS) for entry in robot.parameters}
+    return float(evaluate(expression, values, _FLOATS))
+
+
+def _limits(reading: Reading) -> Range:
+    if reading.limits is None:
+        return -math.inf, math.inf
+    low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in reading.limits)
+    return low, high
+
+
+def _met(*ranges: Range) -> Range:
+    return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+
+def _closing(robot: Robot, reading: Reading, margin: float) -> list[Range]:
+    """The ranges within which the linkages that a reading drives close."""
+    found = []
+    for drive in robot.actuators.drives:
+        if isinstance(drive, Triangle) and drive.actuator == reading.name:
+            a, b = (_value(robot, side) for side in drive.sides)
+            factor, rest = (_value(robot, part) for part in drive.length)
+            ends = sorted(((abs(a - b) - rest) / factor, (a + b - rest) / factor))
+            found.append(_shrunk((ends[0], ends[1]), margin))
+        if isinstance(drive, FourBar) and drive.actuator == reading.name and not drive.parallelogram:
+            found.append(_shrunk(_limits(reading), margin))
+    return found
+
+
+def _shrunk(ends: Range, margin: float) -> Range:
+    inset = margin * (ends[1] - ends[0])
+    return ends[0] + inset, ends[1] - inset
+
+
+def _far(robot: Robot, reading: Reading) -> float:
+    """How far a reading without bounds goes to either side."""
+    boxes = {variable.name: box for variable, box in zip(robot.variables, joint_box(robot), strict=True)}
+    ways = [
+        way
+        for drive in robot.actuators.drives
+        if isinstance(drive, Coupling)
+        for way in _ways(robot, drive, reading, boxes)
+    ]
+    return min(ways, default=math.pi if reading.dimension is Dimension.ANGLE else 1.0)
+
+
+def _ways(robot: Robot, drive: Coupling, reading: Reading, boxes: Mapping[str, Range]) -> list[float]:
+    if reading.name not in drive.actuators:
+        return []
+    column = drive.actuators.index(reading.name)
+    factors = [(joint, abs(_value(robot, row[column]))) for joint, row in zip(drive.joints, drive.matrix, strict=True)]
+    return [max(-boxes[joint][0], boxes[joint][1]) / factor for joint, factor in factors if factor]
