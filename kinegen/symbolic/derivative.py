@@ -18,7 +18,7 @@ from kinegen.symbolic.columns import Motion, angular, linear, moment, movers
 from kinegen.symbolic.expressions import Definition, cost
 from kinegen.symbolic.fold import UPRIGHT, Vector, fold
 from kinegen.symbolic.ledger import Ledger
-from kinegen.symbolic.marks import flipped, mark, rates_by, reverse
+from kinegen.symbolic.marks import Rates, flipped, mark, rates_by, reverse
 from kinegen.symbolic.pose import UNITS, Plan, cheapest_plan, evaluate, pose_entries
 from kinegen.symbolic.route import Route
 from kinegen.symbolic.transforms import Elementary
@@ -37,6 +37,21 @@ class _Rotation(Enum):
     OUTWARDS = auto()
     AS_POSE = auto()
     NONE = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """A chain that changes.
+
+    Attributes:
+        steps: The chain.
+        rates: How fast the angle or length of each transform grows with each of some symbols.
+        count: Number of these symbols.
+    """
+
+    steps: Chain
+    rates: Sequence[Rates]
+    count: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +95,16 @@ def derivative(
         of the position; in `world` v is that minus w x position; `local` has the same v and w as
         `local_world_aligned` in the axes of the chain's end.
     """
+    driven = [Driven(chain, rates_by(chain, symbols), len(symbols)) for chain in chains]
+    return derivative_of(driven, reference, with_poses)
+
+
+def derivative_of(
+    chains: Sequence[Driven], reference: Reference = Reference.LOCAL_WORLD_ALIGNED, with_poses: bool = False
+) -> Derivative:
+    """The same for chains whose transforms grow at given rates, whatever these come from."""
     plans = (_Rotation.OUTWARDS, _Rotation.AS_POSE if with_poses else _Rotation.NONE)
-    found = [_Attempt(Ledger(), tuple(symbols), reference, plan, with_poses).derive(chains) for plan in plans]
+    found = [_Attempt(Ledger(), reference, plan, with_poses).derive(chains) for plan in plans]
     return min(found, key=lambda each: cost(each.definitions, each.entries))
 
 
@@ -91,19 +114,17 @@ class _Attempt:
 
     Attributes:
         ledger: Knows what is computed already.
-        symbols: The symbols.
         reference: The axes and the point.
         plan: The rotation that is computed first.
         with_poses: Whether the poses are results.
     """
 
     ledger: Ledger
-    symbols: tuple[sp.Symbol, ...]
     reference: Reference
     plan: _Rotation
     with_poses: bool
 
-    def derive(self, chains: Sequence[Chain]) -> Derivative:
+    def derive(self, chains: Sequence[Driven]) -> Derivative:
         """Evaluate all chains."""
         derived = [self._chain(chain) for chain in chains]
         result = Derivative(
@@ -113,27 +134,26 @@ class _Attempt:
         )
         return Derivative(self.ledger.live(result.entries), result.poses, result.motions)
 
-    def _chain(self, steps: Chain) -> tuple[tuple[sp.Expr, ...], tuple[Motion, ...]]:
-        rates = rates_by(steps, self.symbols)
-        route = Route(mark(steps, rates), self.ledger)
+    def _chain(self, chain: Driven) -> tuple[tuple[sp.Expr, ...], tuple[Motion, ...]]:
+        route = Route(mark(chain.steps, chain.rates), self.ledger)
         seen, attitude = route, UPRIGHT
         if self.reference is Reference.LOCAL and self.with_poses:
             seen, attitude = Route(flipped(route.marked), self.ledger), route.marked.attitude
         elif self.reference is Reference.LOCAL:
-            seen = Route(reverse(steps, rates), self.ledger)
-        rotation = self._rotation(steps, seen)
+            seen = Route(reverse(chain.steps, chain.rates), self.ledger)
+        rotation = self._rotation(chain.steps, seen)
         end = self.ledger.cheapest(route.positions())
         if self.with_poses:
             self.ledger.buy(end)
-        motions = self._motions(seen, end)
+        motions = self._motions(seen, end, chain.count)
         if self.reference is Reference.LOCAL:
             motions = tuple(motion.turned(attitude, -1) for motion in motions)
         if not self.with_poses:
             return (), motions
         return tuple(pose_entries(rotation, end, route.marked.attitude)), motions
 
-    def _motions(self, route: Route, end: Vector) -> tuple[Motion, ...]:
-        moving = [movers(route, index) for index in range(len(self.symbols))]
+    def _motions(self, route: Route, end: Vector, count: int) -> tuple[Motion, ...]:
+        moving = [movers(route, index) for index in range(count)]
         # From the tip to the base: the long ways there leave most for the others to share.
         order = sorted(range(len(moving)), key=lambda index: [mover.place for mover in moving[index]], reverse=True)
         turning = {index: angular(route, moving[index]) for index in order}

@@ -8,6 +8,7 @@ from kinegen.robot.model import Robot
 from kinegen.symbolic import actuators_kernels
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
+from kinegen.symbolic.hessian import derive_hessian
 from kinegen.symbolic.inverse.derive import derive_inverse
 from kinegen.symbolic.jacobian import derive_jacobian
 from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation, derive_orientation_jacobian
@@ -15,6 +16,7 @@ from kinegen.symbolic.parameters import derive_parameter_jacobian
 from kinegen.symbolic.pose import derive_pose
 from kinegen.symbolic.position import derive_position
 from kinegen.symbolic.se3 import derive_se3
+from kinegen.symbolic.velocity import derive_velocity
 
 
 def derive(robot: Robot, quantity: Quantity) -> Expressions:
@@ -39,6 +41,10 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
             return derive_position(robot, quantity)
         case Kind.JACOBIAN | Kind.FK_JACOBIAN:
             return derive_jacobian(robot, quantity)
+        case Kind.TWIST | Kind.BIAS_ACCELERATION | Kind.ACCELERATION:
+            return derive_velocity(robot, quantity)
+        case Kind.HESSIAN:
+            return derive_hessian(robot, quantity)
         case Kind.PARAMETER_JACOBIAN:
             return derive_parameter_jacobian(robot, quantity)
         case Kind.INVERSE_POSE | Kind.TRANSFORM_POINT | Kind.ADJOINT:
