@@ -48,6 +48,7 @@ class Kinematics:
         self.q = self._rows(q)
         self._places: dict[str, Numbers] = {}
         self._by_order: dict[int, dict[str, Series]] = {}
+        self._latest: tuple[Any, Any, dict[str, Series]] = (None, None, {})
 
     def pose(self, frame: str) -> Numbers:
         """Pose `base_T_frame`, shape (N, 4, 4)."""
@@ -73,16 +74,16 @@ class Kinematics:
     def twist(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """Velocity, shape (N, 6), at joint rates (N, dof)."""
         with mpmath.workdps(DIGITS):
-            return self._read(self._velocity(self._in_time(qd, 0 * self._rows(qd))[frame], 0, reference), ())
+            return self._read(self._velocity(self._in_time(qd, None)[frame], 0, reference), ())
 
-    def acceleration(self, frame: str, qd: ArrayLike, qdd: ArrayLike, reference: Reference = TIP) -> Numbers:
-        """Time derivative of the twist, shape (N, 6), at joint rates and accelerations (N, dof) each."""
+    def acceleration(self, frame: str, qd: ArrayLike, qdd: ArrayLike | None, reference: Reference = TIP) -> Numbers:
+        """Time derivative of the twist, shape (N, 6), at joint rates and accelerations (N, dof); None for zeros."""
         with mpmath.workdps(DIGITS):
             return self._read(self._velocity(self._in_time(qd, qdd)[frame], 0, reference), (0,))
 
     def bias_acceleration(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """The same without accelerations of the joints, which is the derivative of the Jacobian times the rates."""
-        return self.acceleration(frame, qd, 0 * self._rows(qd), reference)
+        return self.acceleration(frame, qd, None, reference)
 
     def parameter_jacobian(self, frame: str, names: Iterable[str], reference: Reference = TIP) -> Numbers:
         """Velocities of the frame at unit rates of parameters, shape (N, 6, number of names)."""
@@ -106,10 +107,15 @@ class Kinematics:
             self._by_order[order] = self._chain(q, {}, order)
         return self._by_order[order]
 
-    def _in_time(self, qd: ArrayLike, qdd: ArrayLike) -> dict[str, Series]:
-        """All poses in a small time, with q(t) = q + t qd + t^2/2 qdd."""
-        motions = zip(self.q.T, self._rows(qd).T, self._rows(qdd).T, strict=True)
-        return self._chain([Series({(): at, (0,): rate, (0, 0): more / 2}, 2) for at, rate, more in motions], {}, 2)
+    def _in_time(self, qd: ArrayLike, qdd: ArrayLike | None) -> dict[str, Series]:
+        """All poses in a small time, with q(t) = q + t qd + t^2/2 qdd; remembered while the rates are the same."""
+        if self._latest[0] is not qd or self._latest[1] is not qdd:
+            rates = self._rows(qd)
+            more = 0 * rates if qdd is None else self._rows(qdd) / 2
+            motions = zip(self.q.T, rates.T, more.T, strict=True)
+            q = [Series({(): at, (0,): rate, (0, 0): further}, 2) for at, rate, further in motions]
+            self._latest = (qd, qdd, self._chain(q, {}, 2))
+        return self._latest[2]
 
     def _by_parameters(self, names: tuple[str, ...]) -> dict[str, Series]:
         """All poses in small changes of parameters."""

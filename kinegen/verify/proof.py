@@ -32,11 +32,14 @@ MOVED_POSES = 1024
 NUMBERS = 200_000
 """Kernels with large results are tried at about as many joint vectors as give so many numbers."""
 
-EXACT_NUMBERS = 500
-"""The same in 50 digits."""
+EXACT_NUMBERS = 3000
+"""The same in 50 digits, where what a number costs grows with the number of joints."""
 
-LAW_POSES = 4
-"""Singular joint vectors, and as many others, at which Jacobians are held against differences and each other."""
+LAW_POSES = 24
+"""Singular joint vectors times joints, and as many others, at which Jacobians are held against differences."""
+
+FEWEST = 4
+"""Joint vectors are not left out beyond this."""
 
 _PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
 """Kinds that say where frames are; they are tried at all joint vectors."""
@@ -183,7 +186,9 @@ def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quanti
     others = np.concatenate([singular_samples(robot), places])
     for quantity in quantities:
         kernel = getattr(package, quantity.function)
-        points = places if quantity.kind in _PLACES else _fewer(others, kernel.results, EXACT_NUMBERS)
+        points = (
+            places if quantity.kind in _PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
+        )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         results = results_of(kernel, None, inputs)
         comparisons.append(_compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
@@ -193,7 +198,8 @@ def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quanti
 def _compare_laws(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
     """Jacobians against differences of poses, and against each other."""
     comparisons = []
-    points = np.concatenate([singular_samples(robot)[:LAW_POSES], vector_samples(robot)[-LAW_POSES:]])
+    poses = max(1, LAW_POSES // max(1, robot.dof))
+    points = np.concatenate([singular_samples(robot)[:poses], vector_samples(robot)[-poses:]])
     known, results = Known(robot, {"q": points}), {}
     by_differences = ByDifferences(robot, {"q": points}, exact=True)
     for quantity in quantities:
@@ -233,7 +239,7 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
     """Every second joint vector, or fourth and so on, for kernels with large results."""
     size = sum(math.prod(result.shape) for result in results)
     stride = 1
-    while len(points) * size > 2 * stride * numbers:
+    while len(points) * size > 2 * stride * numbers and len(points) > FEWEST * stride:
         stride *= 2
     return points[::stride]
 
