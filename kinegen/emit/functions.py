@@ -45,7 +45,7 @@ ROUTINES: Mapping[Real, Mapping[Operator, Routine]] = MappingProxyType(
             }
         )
         for real, bits, error in (
-            (Real.DOUBLE, "f64", "within 1.5 units in the last place"),
+            (Real.DOUBLE, "f64", "within 1.6 units in the last place"),
             (Real.FLOAT, "f32", "within 1.7e-7 rad"),
         )
     }
