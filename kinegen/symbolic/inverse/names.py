@@ -82,5 +82,5 @@ CONDITIONS: dict[object, tuple[str, ...]] = {
         "the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-9 rad",
         "a point on the axis of joint 1 is reached in the plane of the approach vector",
     ),
-    (TripleArm, 6): (_SHOULDER, "where axes 4 and 6 are parallel, joint 6 stands at 0 and joint 4 takes the sum"),
+    (TripleArm, 6): (_SHOULDER, "where axes 4 and 6 are parallel, joint 6 stands at 0, or as near to it as the reach allows, and joint 4 takes the sum"),
 }

@@ -151,7 +151,7 @@ def _triple_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target
         first, second, third = (steps.turned(between, vector) for vector in side.left)
         left = (first, second, third)
         # In line with axis 4, axis 6 has nothing left to do: what the other columns say is the turn about axis 4.
-        start = (second[1], -second[0])
+        start = _within_reach(steps, build, side.across, (second[1], -second[0]))
         direction = hand_direction(steps, left, start)
         held = flips(steps, wrist, left, start)
         bends = [
@@ -170,6 +170,29 @@ def _triple_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target
                     ),
                     (sane, side.swing.valid, bend.valid),
                 )
+
+
+def _within_reach(steps: Steps, build: TripleArm, point: Planar, direction: Planar) -> Planar:
+    """The direction of the hand that is nearest to a given one and leaves axis 4 within reach of axis 2.
+
+    With `hand` at a cosine c to the point, axis 4 is at the squared distance `point^2 + hand^2 - 2 |point| |hand| c`.
+    """
+    if build.hand[0] == 0 and build.hand[1] == 0:
+        return direction
+    upper, lower, hand = (steps.length(link) for link in (build.upper, build.lower, build.hand))
+    distance = steps.root(steps.square(point))
+    scale = steps.name(1 / (distance * hand))
+    along, aside = steps.times(steps.times(direction, build.hand), (point[0], -point[1]))
+    cosine, both = steps.name(along * scale), distance**2 + hand**2
+    least, most = ((both - (upper + sign * lower) ** 2) * scale / 2 for sign in (1, -1))
+    cosine = steps.select(cosine, least, least, cosine)
+    cosine = steps.select(most, cosine, most, cosine)
+    sine = steps.root(steps.select(ZERO, 1 - cosine**2, 1 - cosine**2, ZERO))
+    sine = steps.select(aside * scale, ZERO, -sine, sine)
+    pointing = steps.times(point, (cosine, sine))
+    real, imaginary = steps.times(pointing, (build.hand[0], -build.hand[1]))
+    length = steps.name(1 / (distance * hand**2))
+    return steps.name(real * hand * length), steps.name(imaginary * hand * length)
 
 
 def _bend_triple(steps: Steps, build: TripleArm, side: Turned, direction: Planar, is_left: bool) -> tuple[Bend, Bend]:

@@ -160,6 +160,11 @@ class Steps:
             return fixed(sp.atan2(y, x))
         return Angle(self.name(sp.atan2(y, x, evaluate=False)), -math.pi, math.pi)
 
+    def length(self, vector: Planar) -> sp.Expr:
+        """The length of a constant vector, never negative."""
+        square = tidy(vector[0] ** 2 + vector[1] ** 2)
+        return tidy(sp.sqrt(square)) if square.is_number else self.root(square)
+
     def polar(self, vector: Planar) -> tuple[sp.Expr, sp.Expr]:
         """A constant vector as length and angle; a runtime length along a coordinate axis keeps its sign."""
         x, y = vector

@@ -1,0 +1,186 @@
+"""Random arms of every family, written in random conventions, and a way to evaluate their inverse."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.ir.lower import lower
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.extent import joint_box
+from kinegen.robot.load import loads
+from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.inverse.family import Aim, Family
+from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.symbolic.inverse.derive import derive_inverse
+
+Floats = NDArray[np.float64]
+
+DISTAL = {
+    "planar 2R": ["R a . 0", "R b . 0"],
+    "planar 3R": ["R a . 0", "R b . 0", "R c . 0"],
+    "SCARA, joints RRP": ["R a . 0", "R b . 180", "P 0 . 0"],
+    "SCARA, joints RRPR": ["R a . 0", "R b . 180", "P 0 . 0", "R 0 . 0"],
+    "SCARA, joints RRRP": ["R a . 180", "R b . 0", "R 0 . 0", "P 0 . 0"],
+    "SCARA, joints PRR": ["P 0 . 0", "R a . 0", "R b . 0"],
+    "Cartesian arm": ["P a . 90", "P 0 . 60", "P b . 0"],
+    "cylindrical arm": ["R 0 . 0", "P a . 90", "P 0 . 0"],
+    "cylindrical arm, lift first": ["P 0 . 0", "R b . -90", "P c . 0"],
+    "spherical arm": ["R a . -90", "R 0 . 90", "P 0 . 0"],
+    "anthropomorphic arm": ["R 0 . 90", "R a . 0", "R b . 0"],
+    "anthropomorphic arm, offset waist": ["R c . 60", "R a . 180", "R b . 0"],
+    "arm with spherical wrist": ["R c . -90", "R a . 0", "R b . 90", "R 0 d -90", "R 0 0 90", "R 0 d 0"],
+    "arm with spherical wrist, waist aslant": ["R 0 . 50", "R a . 0", "R 0 . 90", "R 0 d 90", "R 0 0 90", "R b c 30"],
+    "arm with spherical wrist, equal links": ["R 0 0 90", "R d 0 0", "R 0 0 90", "R 0 d -90", "R 0 0 90", "R 0 c 0"],
+    "Stanford": ["R 0 . -90", "R 0 b 90", "P 0 . 0", "R 0 0 -90", "R 0 0 90", "R 0 d 0"],
+    "gantry with wrist": ["P 0 . 90", "P 0 . 90", "P a . 0", "R 0 . 90", "R 0 0 90", "R 0 c 0"],
+    "UR type": ["R 0 a 90", "R -b 0 0", "R -c 0 0", "R 0 d 90", "R 0 a -90", "R 0 c 0"],
+    "UR type, offset waist": ["R a . -90", "R b 0 180", "R c . 0", "R 0 d 90", "R 0 a 90", "R 0 c 30"],
+    "AL5D type": ["R 0 . 90", "R a 0 0", "R b 0 0", "R 0 0 90", "R 0 c 0"],
+    "AL5D type, offset hand": ["R 0 . 90", "R a . 0", "R b . 180", "R c . 90", "R 0 d 0"],
+}
+"""Arms as distal rows: joint, a, d, alpha; a dot is a random offset. The names are for people who read a failure."""
+
+LENGTHS = {"a": 0.43, "b": 0.37, "c": 0.11, "d": 0.29}
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """A robot, what it was recognised as, and its kernel."""
+
+    robot: Robot
+    family: Family
+    program: Program
+    params: tuple[float, ...]
+
+
+@st.composite
+def robots(draw: st.DrawFn, kind: str) -> Robot:
+    """A robot of a kind, in a random convention, with random signs, offsets, base, tool, limits and parameters."""
+    convention = draw(st.sampled_from(["standard", "modified", "ets"]))
+    runtime = "true" if draw(st.booleans()) else "false"
+    rows = [row.split() for row in DISTAL[kind]]
+    before = [f"Rz({draw(_angles)})", f"Rx({draw(_angles)})", f"Tz({draw(_offsets)})"]
+    after = [f"Rz({draw(_angles)})"] if kind.startswith(("planar", "SCARA")) else [f"Rx({draw(_angles)})", "Tx(c)"]
+    lines: list[str] = []
+    shifted = "a: 0, alpha: 0"
+    for number, (letter, a, d, alpha) in enumerate(rows, start=1):
+        d = draw(_offsets) if d == "." else d
+        turns = letter == "R"
+        theta = draw(_turns if turns else _sideways if rows[1][0] == rows[0][0] == "P" else _quarters)
+        d = d if turns else f"{draw(_strokes)} + {d}"
+        limits = f", limits: [{draw(st.integers(-400, -100))}, {draw(st.integers(100, 400))}]" if turns else ""
+        limits = limits if draw(st.booleans()) else ""
+        if convention == "standard":
+            row = f"theta: {theta}, d: {d}, a: {a}, alpha: {alpha}"
+        elif convention == "modified":
+            row = f"{shifted}, theta: {theta}, d: {d}"
+            shifted = f"a: {a}, alpha: {alpha}"
+        else:
+            row = f"ets: [Ry(-90), Rx({theta}), Ry(90), Tz({d}), Tx({a}), Rx({alpha})]"
+        lines.append(f"  - {{name: j{number}, {row}{limits}}}")
+    if convention == "modified":
+        _, a, _, alpha = rows[-1]
+        after = [f"Tx({a})", f"Rx({alpha})", *after]
+    body = "\n".join(
+        ["joints:", *lines, f"base: {{ets: [{', '.join(before)}]}}", f"tool: {{ets: [{', '.join(after)}]}}"]
+    )
+    used = [name for name in LENGTHS if re.search(rf"\b{name}\b", re.sub(r"[a-z]+:", "", body))]
+    head = [
+        f"kinegen: 1\nname: arm\nconvention: {'standard' if convention == 'ets' else convention}",
+        "units: {length: m, angle: deg}",
+        *(["parameters:"] if used else []),
+        *(f"  {name}: {{value: {LENGTHS[name]}, runtime: {runtime}}}" for name in used),
+    ]
+    text = "\n".join([*head, body])
+    return loads(text, "arm.yaml")
+
+
+_angles = st.sampled_from(["0", "0", "90", "180", "-90", "33"])
+_quarters = st.sampled_from(["0", "90", "-90", "180"])
+_sideways = st.sampled_from(["90", "-90"])
+_offsets = st.sampled_from(["0", "0", "0.13", "-0.07", "c"])
+_turns = st.sampled_from(["q", "q", "-q", "q + 90", "180 - q", "q - 30", "2*q"])
+_strokes = st.sampled_from(["q", "-q", "q + 0.1", "0.5*q"])
+
+
+def arm_of(robot: Robot) -> Arm:
+    """Recognise a robot and derive its kernel."""
+    family = recognise(robot)
+    assert not isinstance(family, Unknown), family.reasons
+    program = lower(derive_inverse(robot, Quantity(Kind.INVERSE)))
+    return Arm(robot, family, program, tuple(float(value) for _, value in family.axes.defaults))
+
+
+def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
+    """All solutions for poses (N, 4, 4): joint vectors (N, branches, dof), and which hold (N, branches)."""
+    program, known = arm.program, dict[str, Floats]()
+    entries = poses[:, :3].reshape(len(poses), 12).T
+
+    def value(operand: Operand) -> Floats:
+        match operand:
+            case Variable(index):
+                return entries[index]
+            case RuntimeParameter(name):
+                return np.full(len(poses), arm.params[program.parameters.index(name)])
+            case Constant(number):
+                return np.full(len(poses), float(number))
+            case Temporary(name):
+                return known[name]
+
+    with np.errstate(all="ignore"):
+        for statement in program.statements:
+            known[statement.name] = _OPERATIONS[statement.operator](*map(value, statement.operands))
+    results = np.stack([value(operand) for operand in program.outputs], axis=1)
+    branches = len(arm.family.branches)
+    solutions = results[:, : branches * arm.robot.dof].reshape(len(poses), branches, arm.robot.dof)
+    return solutions, results[:, branches * arm.robot.dof :]
+
+
+_OPERATIONS = {
+    Operator.ADD: np.add,
+    Operator.SUB: np.subtract,
+    Operator.MUL: np.multiply,
+    Operator.DIV: np.divide,
+    Operator.NEG: np.negative,
+    Operator.SIN: np.sin,
+    Operator.COS: np.cos,
+    Operator.SQRT: np.sqrt,
+    Operator.ATAN2: np.arctan2,
+    Operator.SELECT_LT: lambda less, more, then, other: np.where(less < more, then, other),
+}
+
+
+def joint_vectors(robot: Robot, count: int, seed: int) -> Floats:
+    """Random joint vectors within the limits."""
+    low, high = np.array(joint_box(robot)).T
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))
+
+
+def errors(arm: Arm, solutions: Floats, poses: Floats) -> Floats:
+    """How far each solution's pose (N, branches) is from what the target asks for."""
+    errors = np.empty(solutions.shape[:2])
+    for branch in range(solutions.shape[1]):
+        reached = reference.pose(arm.robot, solutions[:, branch])[:, 0]
+        difference = np.abs(reached - poses)[:, :3]
+        errors[:, branch] = (difference[..., 3] if arm.family.aim is Aim.POSITION else difference.max(axis=2)).max(
+            axis=1
+        )
+    return errors
+
+
+def distances(arm: Arm, solutions: Floats, q: Floats) -> Floats:
+    """How far each solution (N, branches) is from a joint vector, but for whole turns."""
+    apart = np.abs(solutions - q[:, None])
+    for joint, variable in zip(arm.family.axes.joints, arm.robot.variables, strict=True):
+        if variable.type is not JointType.PRISMATIC:
+            turn = 2 * np.pi / abs(float(joint.rate))
+            place = joint.number - 1
+            apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
+    return apart.max(axis=2)
