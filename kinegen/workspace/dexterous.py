@@ -59,7 +59,7 @@ class Dexterity:
         voxels: Number of voxels whose middles were tried, spread evenly over all.
         orientations: Number of orientations that were tried in each.
         dexterous: Voxels in which all were reached.
-        measure: Share of `dexterous` in `voxels`, times what the region measures.
+        measure: Share of `dexterous` in `voxels`, times what all voxels measure.
     """
 
     voxels: int
@@ -131,8 +131,8 @@ def dexterous_part(workspace: Workspace, turning: Turning, inverse: Inverse) -> 
         targets[:, :3, 3] = points[left]
         reached[left] = inverse(targets)
     dexterous = int(reached.sum())
-    share = dexterous / max(len(points), 1)
-    return Dexterity(len(points), len(orientations), dexterous, share * workspace.tally.counts[2].measure)
+    whole = len(centres) * workspace.tally.voxels.size ** len(axes)
+    return Dexterity(len(points), len(orientations), dexterous, whole * dexterous / max(len(points), 1))
 
 
 def _poses(robot: Robot, workspace: Workspace, q: FloatArray) -> FloatArray:

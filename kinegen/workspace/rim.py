@@ -24,14 +24,17 @@ from kinegen.workspace.voxels import CellArray, Grid
 
 BoolArray = NDArray[np.bool_]
 
-_STEPS = 16
+_INSIDE, _ROUNDS = (0.3, 0.1, 0.03, 0.01), 4
+"""How far inside a target steps aim, of its edge: along a rim its nearest point is approached but never passed, while
+a point deep inside draws them past a corner that alone is within reach."""
+
 _BATCH = 1 << 14
 """Targets that are sought side by side."""
 
 _DAMPING = 0.01
 """Of the square of a target's edge, to begin with; so little only matters where the Jacobian is singular."""
 
-_LESS, _MORE = 0.3, 4.0
+_LESS, _MORE, _LEAST_DAMPING = 0.3, 4.0, 1e-6
 _LONGEST = 0.1
 _DIFFERENCE = 1e-6
 """These two of a joint's range."""
@@ -74,22 +77,23 @@ class Seeker:
         width = np.ptp(self.samples.box[movers], axis=1)[:, None]
         least, most = self.samples.bounds[movers, :1], self.samples.bounds[movers, 1:]
         points = self._along(q)
-        damping = _DAMPING * (high[0] - low[0]) ** 2
+        edge = float(high[0, 0] - low[0, 0])
+        damping = np.full(q.shape[1], _DAMPING * edge**2)
         arrived, poses = [np.empty((len(q), 0))], 0
-        for _ in range(_STEPS):
-            away = np.clip(points, low, high) - points
+        for inside in _INSIDE * _ROUNDS:
+            aim = np.clip(points, low + inside * edge, high - inside * edge)
+            away = aim - points
             step = _step(self._jacobians(q, points), away, damping, q[movers] <= least, q[movers] >= most)
             tries = q.copy()
             tries[movers] = np.clip(q[movers] + width * step, least, most)
             reached = self._along(tries)
             poses += (1 + len(movers)) * q.shape[1]
-            left = np.clip(reached, low, high) - reached
-            far, before = (left * left).sum(axis=0), (away * away).sum(axis=0)
-            arrived.append(tries[:, far == 0])
-            closer = far < before
+            there = ((low <= reached) & (reached <= high)).all(axis=0)
+            arrived.append(tries[:, there])
+            closer = ((aim - reached) ** 2).sum(axis=0) < (away * away).sum(axis=0)
             q, points = np.where(closer, tries, q), np.where(closer, reached, points)
-            damping = damping * np.where(closer, _LESS, _MORE)
-            on = far > 0
+            damping = np.maximum(damping * np.where(closer, _LESS, _MORE), _LEAST_DAMPING * edge**2)
+            on = ~there
             if not on.any():
                 break
             q, points, damping, low, high = q[:, on], points[:, on], damping[on], low[:, on], high[:, on]

@@ -31,7 +31,7 @@ _BLOCK = 1 << 16
 """Samples that fit into a processor's second cache together with what becomes of them."""
 
 _PILOT = 1 << 14
-_SAMPLES_A_VOXEL = 100
+_SAMPLES_A_VOXEL = 40
 """On average over the box around the region; the rim gets far fewer, and half-size voxels an eighth."""
 
 _FEWEST_ACROSS = 10
@@ -142,7 +142,7 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
         results, on any number of threads.
 
     Raises:
-        KinegenError: If voxels are too small for the region, or the kernel gives no position for some joint values.
+        KinegenError: If voxels are too small or too large for the region, or some joint values are for the kernel.
     """
     begin = time.perf_counter()
     samples = sequence(ranges, tip.movers, options.seed)
@@ -152,7 +152,8 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
     extremes = Extremes(axis)
     grid = None
     if len(shape.axes):
-        grid = Grid(options.voxel or _usual_voxel(shape, pilot, options.samples), len(shape.axes), robot.units.length)
+        voxel = _voxel(options, np.ptp(shape.axes @ pilot, axis=1), robot.units.length)
+        grid = Grid(voxel, len(shape.axes), robot.units.length)
     half = _collect(options, _Sieve(tip, samples, shape, extremes, grid))
     tally = None
     if grid is not None and half is not None:
@@ -204,7 +205,8 @@ def _collect(options: SurveyOptions, sieve: _Sieve) -> Voxels | None:
 
 def _ahead(sieve: _Sieve, options: SurveyOptions) -> Iterator[_Block]:
     """The blocks in order, a few of them computed ahead."""
-    threads = options.threads or len(os.sched_getaffinity(0))
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    threads = options.threads or cores
     with ThreadPoolExecutor(threads, "kinegen-workspace") as pool:
         waiting: deque[Future[_Block]] = deque()
         try:
@@ -236,10 +238,16 @@ def _positions(tip: Tip, samples: Samples, start: int, end: int) -> FloatArray:
     return points
 
 
-def _usual_voxel(shape: Shape, pilot: FloatArray, samples: int) -> float:
-    """A round size that samples can fill."""
-    lengths = np.ptp(shape.axes @ pilot, axis=1)
-    size = float(np.prod(lengths) * _SAMPLES_A_VOXEL / samples) ** (1 / len(lengths))
+def _voxel(options: SurveyOptions, lengths: FloatArray, unit: str) -> float:
+    """The size asked for, or a round one that samples can fill, in a region of some lengths."""
+    if options.voxel is not None:
+        if options.voxel > lengths.max() / 2:
+            raise KinegenError(
+                f"voxels of {options.voxel:g} {unit} are too large for a region of {lengths.max():.4g} {unit}: "
+                f"expected {lengths.max() / _FEWEST_ACROSS:.2g} {unit} or less"
+            )
+        return options.voxel
+    size = float(np.prod(lengths) * _SAMPLES_A_VOXEL / options.samples) ** (1 / len(lengths))
     size = min(size, float(lengths.max()) / _FEWEST_ACROSS)
     power = 10.0 ** math.floor(math.log10(size))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= size * (1 - 1e-9))

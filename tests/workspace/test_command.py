@@ -1,0 +1,200 @@
+"""`kinegen workspace`: what it prints and writes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import sys
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen.cli import main
+from tests.workspace import arms
+
+
+@pytest.fixture
+def two(tmp_path: Path) -> str:
+    """Two links in a plane."""
+    path = tmp_path / "two.yaml"
+    path.write_text(arms.HEAD + arms.TWO_LINKS, encoding="utf-8")
+    return str(path)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path, status: int = 1) -> str:
+    """What a call that fails says on stderr; nothing stands on stdout, and one line tells what is wrong."""
+    assert main(["workspace", *map(str, arguments)]) == status
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert len([line for line in said.err.splitlines() if "rror: " in line]) == 1
+    return said.err.splitlines()[-1]
+
+
+def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workspace", two, "--samples", "1e5", "--voxel", "0.05"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+
+    assert lines[0] == f"{two}: workspace of tool"
+    assert lines[1].startswith("  100,000 samples of shoulder, elbow in ")
+    assert lines[2:12] == [
+        "  shoulder, elbow: no limits in the file, taken as a full turn",
+        "",
+        "                               least    most",
+        "  x                          -0.8000  0.8000  m",
+        "  y                          -0.8000  0.8000  m",
+        "  z                           0.0000  0.0000  m",
+        "  from the base               0.2000  0.8000  m",
+        "  from the axis of shoulder   0.2000  0.8000  m",
+        "",
+        "                             voxel    poses  voxels hit      area",
+    ]
+    # How many poses the search takes may differ where processors round otherwise.
+    assert [line[:34] for line in lines[12:16]] == [
+        "  half of the samples       0.05 m",
+        "  all samples               0.05 m",
+        "  and searched at the rim   0.05 m",
+        "  the same, finer          0.025 m",
+    ]
+    assert lines[16] == ""
+    assert lines[17].startswith("  area 1.88")
+    assert lines[17].endswith(" m², in the plane of x and y")
+    assert lines[18:] == [
+        "  low rather than high, since voxels that no pose hit are missing; the last line tells what size does",
+        "  dexterous part: none, since the tip cannot turn about one line while it stands still",
+    ]
+
+
+def test_json_holds_all_of_it(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workspace", two, "--samples", "1e5", "--seed", "3", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert (found["robot"], found["tip"], found["unit"], found["samples"], found["seed"]) == (
+        "arm",
+        "tool",
+        "m",
+        10**5,
+        3,
+    )
+    assert found["shape"]["kind"] == "planar region"
+    assert found["extremes"]["axis"] == [pytest.approx(0.2), pytest.approx(0.8)]
+    assert found["counts"][2]["measure"] == pytest.approx(pi * (0.8**2 - 0.2**2), rel=0.01)
+    assert [joint["limited"] for joint in found["joints"]] == [False, False]
+
+
+def test_files_are_written(two: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture, cloud = tmp_path / "new" / "slices.SVG", tmp_path / "cloud.npz"
+
+    assert main(["workspace", two, "--samples", "1e4", "--slices", str(picture), "--cloud", str(cloud)]) == 0
+
+    assert picture.read_bytes().startswith(b"<?xml")
+    assert np.load(cloud)["q"].shape[1] == 2
+    assert capsys.readouterr().out.splitlines()[-2:] == [f"  wrote {picture}", f"  wrote {cloud}"]
+
+
+def test_limits_of_another_file(two: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text(arms.HEAD + arms.SECTOR, encoding="utf-8")
+
+    assert main(["workspace", two, "--samples", "1e5", "--limits-from", str(other), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert found["counts"][2]["measure"] == pytest.approx(pi / 2 * (0.8**2 - 0.2**2), rel=0.01)
+
+
+def test_limits_of_a_file_with_other_joints(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capsys, two, "--limits-from", arms.ROBOTS / "iiwa14.yaml")
+
+    assert said == "error: iiwa14.yaml has no joint variable 'shoulder', expected a revolute one as in two.yaml"
+
+
+def test_a_tree_needs_a_tip(capsys: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capsys, arms.ROBOTS / "hand.yaml")
+
+    assert "tips; choose one with --tip (" in said
+
+
+def test_a_tip_of_a_tree(capsys: pytest.CaptureFixture[str]) -> None:
+    tip = arms.robot("hand").tips[1]
+
+    assert main(["workspace", str(arms.ROBOTS / "hand.yaml"), "--tip", tip, "--samples", "1e4"]) == 0
+    assert f"workspace of {tip}\n" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--tip", "nose"], "error: unknown tip 'nose' (expected tool)"),
+        (["--slices", "a.jpg"], "error: a.jpg: slices are written as .png or .svg, expected a name that ends so"),
+        (["--cloud", "a.csv"], "error: a.csv: clouds are written as .npz or .parquet, expected a name that ends so"),
+        (["--voxel", "1e-7"], "are too small for a region of 1.6 m: expected "),
+        (["--voxel", "20"], "error: voxels of 20 m are too large for a region of 1.6 m: expected 0.16 m or less"),
+        (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none: "),
+        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null: "),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_line(
+    two: str, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert message in refusal(capsys, two, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--samples", "0"], "0 is not a whole number from 1 to 1e11"),
+        (["--samples", "-5"], "-5 is not a whole number from 1 to 1e11"),
+        (["--samples", "1.5"], "1.5 is not a whole number from 1 to 1e11"),
+        (["--samples", "nan"], "nan is not a whole number from 1 to 1e11"),
+        (["--samples", "many"], "'many' is not a number"),
+        (["--voxel", "0"], "0 is no length of a voxel (expected more than 0)"),
+        (["--voxel", "-1"], "-1 is no length of a voxel (expected more than 0)"),
+        (["--voxel", "nan"], "nan is no length of a voxel (expected more than 0)"),
+        (["--voxel", "inf"], "inf is no length of a voxel (expected more than 0)"),
+    ],
+)
+def test_numbers_that_make_no_sense(
+    two: str, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert refusal(capsys, two, *arguments, status=2).endswith(message)
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "module", "message"),
+    [
+        ("--slices", "a.png", "matplotlib", "drawing slices takes matplotlib, which is not installed"),
+        ("--cloud", "a.parquet", "pyarrow", "a Parquet cloud takes pyarrow, which is not installed"),
+    ],
+)
+def test_a_missing_library_is_named_before_anything_is_computed(
+    option: str,
+    file: str,
+    module: str,
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in [name for name in sys.modules if name.partition(".")[0] == module]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+
+    said = refusal(capsys, "no_such_robot.yaml", option, file)
+
+    assert said == f"error: {message} (pip install 'kinegen[workspace]')"
+
+
+def test_without_a_compiler_numpy_gives_the_same(
+    two: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ["workspace", two, "--samples", "1e4", "--json"]
+    main(arguments)
+    compiled = json.loads(capsys.readouterr().out)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+
+    assert main(arguments[:-1]) == 0
+    assert "there is no C compiler" in capsys.readouterr().err
+    main(arguments)
+
+    assert json.loads(capsys.readouterr().out)["counts"] == compiled["counts"]
