@@ -141,7 +141,7 @@ def worst_searched(arm: Arm, rounds: int = 10, kept: int = 64, tries: int = 20_0
 
 def coordinates(entries: Floats, quantity: Quantity) -> dict[str, float]:
     """The largest number for each coordinate and for the entries of rotations, over all frames."""
-    table = np.asarray(entries).reshape(-1, quantity.entries)
+    table = np.asarray(entries).reshape(-1, 12 if quantity.is_pose else 3)
     if not quantity.is_pose:
         return {f"p{axis}": float(table[:, place].max()) for place, axis in enumerate("xyz")}
     found = {f"p{axis}": float(table[:, 4 * place + 3].max()) for place, axis in enumerate("xyz")}

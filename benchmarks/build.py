@@ -36,7 +36,7 @@ from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples

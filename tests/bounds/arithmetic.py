@@ -61,7 +61,7 @@ def run(program: Program, q: Floats, parameters: tuple[Fraction, ...], real: Rea
 
 
 def _leaves(program: Program, q: Floats, parameters: Mapping[str, float]) -> dict[Operand, Floats]:
-    known: dict[Operand, Floats] = {Variable(index): q[:, index] for index in range(program.dof)}
+    known: dict[Operand, Floats] = {Variable(index): q[:, index] for index in range(program.signature.dof)}
     return known | {RuntimeParameter(name): np.full(len(q), value) for name, value in parameters.items()}
 
 

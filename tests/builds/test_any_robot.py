@@ -8,7 +8,7 @@ from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.staging import prove_package

@@ -13,7 +13,7 @@ import pytest
 from kinegen.build import lower_file
 from kinegen.emit.files import emit_files
 from kinegen.emit.reals import Real
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import Quantity
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, ROOT, TREE, contents, make, picture, write_robot
 

@@ -175,7 +175,7 @@ def test_a_build_without_the_pose_still_shows_the_plain_product(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--outputs", "pose,jacobian"], "unknown output 'jacobian' (expected one or more of pose,frames,position)"),
+        (["--outputs", "pose,speed"], "unknown output 'speed' (expected pose, frames, position, "),
         (["--outputs", ""], "unknown output ''"),
         (["--real", "half"], "'half' is not one of 'double', 'float', 'both', 'q30', 'all'"),
         (["--march", "haswell", "--portable"], "--march and --portable exclude each other"),

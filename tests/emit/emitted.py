@@ -14,7 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive

@@ -24,8 +24,9 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Quantity, Signature
 from kinegen.robot.load import loads
+from tests.signatures import positions
 
 ROBOT = loads(
     """
@@ -60,19 +61,16 @@ STATEMENTS = (
     Statement("t4", Operator.MUL, (Temporary("t2"), Temporary("c12"))),
     Statement("t5", Operator.ADD, (Temporary("t4"), Variable(1))),
 )
+Q = Array("q", (2,))
 POSITION = Program(
-    quantity=Quantity.POSITION,
-    frames=("tool",),
-    dof=2,
+    signature=positions(2),
     parameters=("far", "lambda"),
     angles=(AngleSum("1", "q1", False), AngleSum("12", "q1 + q2", True)),
     statements=STATEMENTS,
     outputs=(Temporary("t0"), Temporary("t3"), Temporary("t5")),
 )
 POSE = Program(
-    quantity=Quantity.POSE,
-    frames=("tool",),
-    dof=2,
+    signature=Signature(Quantity.POSE, ("tool",), 2, (Q,), (Array("base_T_tool", (4, 4), is_pose=True),)),
     parameters=("far", "lambda"),
     angles=(),
     statements=(),

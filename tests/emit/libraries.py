@@ -67,7 +67,7 @@ class Library:
             (N, frames, 16 or 12 or 3), or (rows, N) in layout 2.
         """
         function, arguments = self._function(quantity, q, batch=True)
-        entries = quantity.entries + 4 * (layout == 0 and quantity.is_pose)
+        entries = (16 if layout == 0 else 12) if quantity.is_pose else 3
         numbers = len(self.program(quantity).frames) * entries
         shape = (numbers, len(q)) if layout == 2 else (len(q), numbers)
         stride = shape[1] + gap

@@ -62,7 +62,7 @@ def kernel_part(name: str, real: Real) -> str:
 
 def operations(lines: list[str], real: Real) -> list[str]:
     """The lines that compute; how a joint value is addressed and who takes the sines is left aside."""
-    plain = [re.sub(r"q\[(?:i \* pose \+ )?(\d+)(?: \* joint)?\](?:\[i\])?", r"q[\1]", line) for line in lines]
+    plain = [re.sub(r"q\[(?:i \* q_pose \+ )?(\d+)(?: \* q_joint)?\]", r"q[\1]", line) for line in lines]
     plain = [re.sub(r"^\w+_sincos\(", "sincos(", line, flags=re.IGNORECASE) for line in plain]
     return [line for line in plain if re.match(rf"const {real} [a-z]+\d\w* = |sincos\(", line)]
 

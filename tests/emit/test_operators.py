@@ -22,9 +22,9 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operator, Program, Statement, Temporary, Variable
-from kinegen.outputs import Quantity
 from tests.emit.emitted import COMPILERS, ROOT, run
 from tests.emit.handwritten import DEFAULTS, KERNELS, POSITION, ROBOT, STATEMENTS, ZERO, emit
+from tests.signatures import positions
 
 EMITTERS = [(lambda kernels: emit_kernel(kernels, Real.DOUBLE), "C"), (emit_formula, "Python")]
 WITHOUT_SYMPY = """
@@ -135,7 +135,7 @@ def test_outputs_may_be_inputs_and_constants() -> None:
 
 
 def constants_only(parameters: bool) -> Program:
-    return Program(Quantity.POSITION, ("tool",), 2, ("far", "lambda") if parameters else (), (), (), (ZERO, ZERO, ZERO))
+    return Program(positions(2), ("far", "lambda") if parameters else (), (), (), (ZERO, ZERO, ZERO))
 
 
 def test_arguments_that_nothing_reads_are_named_so() -> None:
@@ -188,7 +188,7 @@ def test_an_operator_that_a_language_does_not_know_is_an_error(emitter: Any, lan
 
 @pytest.mark.parametrize("real", list(Real))
 def test_a_negative_number_stands_in_brackets_behind_an_operator_and_without_them_alone(real: Real) -> None:
-    printer = CPrinter(real, "sincos")
+    printer = CPrinter(real, "sincos", ())
     f = "F" if real is Real.FLOAT else ""
 
     assert printer.operand(Constant(Fraction(-1, 2))) == f"(-0.5{f})"

@@ -13,10 +13,10 @@ import pytest
 
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
+from kinegen.emit.python.package import RUNTIME, emit_package
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL
 from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 from tests.emit.emitted import NAMES, ROOT, kernels, robot, texts
@@ -233,10 +233,11 @@ def test_the_frames_and_tips_of_a_package_are_the_robots(arm: str, generated: Pa
 
 
 def test_the_array_handling_is_the_same_file_in_every_package() -> None:
-    """After the banner, word for word what kinegen/native/kernel.py holds."""
-    original = (ROOT / "kinegen" / "native" / "runtime" / "_kernel.py").read_text(encoding="utf-8")
+    """After the banner, word for word what kinegen/native/runtime/ holds."""
+    for file in RUNTIME:
+        original = (ROOT / "kinegen" / "native" / "runtime" / file).read_text(encoding="utf-8")
 
-    assert {texts(name)["_kernel.py"].split("\n", 2)[2] for name in NAMES} == {original}
+        assert {texts(name)[file].split("\n", 2)[2] for name in NAMES} == {original}
 
 
 def test_the_numpy_form_of_a_bad_angle_is_nan_as_in_c(generated: Path) -> None:

@@ -13,7 +13,7 @@ from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
 from kinegen.emit.fixed.vectors import emit_fixed_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive

@@ -45,8 +45,7 @@ def result(machine: Machine, kernels: FixedKernels, program: FixedProgram, q: li
     found = machine.kernel(function(robot.name, quantity.function, Q30), q, params)
     numbers = sorted(found, key=lambda place: [int(part) for part in place.replace("]", "").split("[")[1:]])
     entries = [found[place] for place in numbers]
-    size = 16 if quantity.is_pose else 3
-    return [entry for place, entry in enumerate(entries) if place % size < quantity.entries]
+    return [entry for place, entry in enumerate(entries) if not quantity.is_pose or place % 16 < 12]
 
 
 def exact(kernels: FixedKernels, quantity: Quantity, q: list[int]) -> list[float]:

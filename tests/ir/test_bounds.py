@@ -30,8 +30,8 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
-from kinegen.outputs import Quantity
 from tests.bounds.arithmetic import Adversary, run
+from tests.signatures import positions
 
 ZERO = Constant(Fraction(0))
 DOF = 3
@@ -65,7 +65,7 @@ class Writer:
         outputs = [*results, *(one for one in unused if one not in used and one not in results)]
         outputs += [ZERO] * (-len(outputs) % 3)
         frames = tuple(f"frame{index}" for index in range(len(outputs) // 3))
-        return Program(Quantity.POSITION, frames, DOF, ("p",), (), tuple(self.statements), tuple(outputs))
+        return Program(positions(DOF, frames), ("p",), (), tuple(self.statements), tuple(outputs))
 
 
 def entries(program: Program, ranges: Ranges, real: Real = Real.FLOAT) -> tuple[float, ...]:

@@ -46,8 +46,8 @@ def test_python_cuts_up_every_batch(load: Loader, backend: str, lead: tuple[int,
     q = np.broadcast_to(np.zeros(3), (*lead, 3))
     out = as_strided(np.zeros((4, 4)), (*lead, 4, 4), (*(0 for _ in lead), 32, 8))
     count = 0
-    for points, target in kernel._blocks(q, out, 1 << 15):
-        assert points.shape[:-1] == target.shape[:-2]
+    for axes, (points, target) in kernel._blocks([q, out], len(lead), 1 << 15):
+        assert points.shape[:axes] == points.shape[:-1] == target.shape[:-2]
         size = points.size // 3
         assert 0 < size <= 1 << 15
         count += size
@@ -62,7 +62,7 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
     kernel, seen = load("chain", backend).fk, []
     n = 2**32 + 3
     monkeypatch.setattr(kernel._engine, "block", 1 << 24)
-    monkeypatch.setattr(kernel._engine, "fill", lambda *arguments: seen.append(arguments[-1].shape))
+    monkeypatch.setattr(kernel._engine, "fill", lambda *arguments: seen.append(arguments[-1][-1].shape))
     q = np.broadcast_to(np.zeros((3, 1)), (3, n))
     out = as_strided(np.zeros((12, 1)), (12, n), (8, 0))
 

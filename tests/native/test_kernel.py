@@ -36,57 +36,60 @@ def read_only() -> Any:
     return out
 
 
-# What is wrong, the arguments of the call, the error and its words.
-REFUSED: dict[str, tuple[dict[str, Any], type[Exception], str]] = {
-    "too short": ({"q": np.zeros(2)}, ValueError, "fk: q has shape (2,), expected (..., 3)"),
-    "wrong last axis": ({"q": np.zeros((3, 5))}, ValueError, "fk: q has shape (3, 5), expected (..., 3)"),
-    "no axis": ({"q": 1.0}, ValueError, "fk: q has shape (), expected (..., 3)"),
-    "empty list": ({"q": []}, ValueError, "fk: q has shape (0,), expected (..., 3)"),
+# What is wrong, the inputs and the arguments of the call, the error and its words.
+REFUSED: dict[str, tuple[tuple[Any, ...], dict[str, Any], type[Exception], str]] = {
+    "too short": ((np.zeros(2),), {}, ValueError, "fk: q has shape (2,), expected (..., 3)"),
+    "wrong last axis": ((np.zeros((3, 5)),), {}, ValueError, "fk: q has shape (3, 5), expected (..., 3)"),
+    "no axis": ((1.0,), {}, ValueError, "fk: q has shape (), expected (..., 3)"),
+    "empty list": (([],), {}, ValueError, "fk: q has shape (0,), expected (..., 3)"),
     "joint-major, one axis": (
-        {"q": np.zeros(3), "layout": "joint_major"},
+        (np.zeros(3),),
+        {"layout": "joint_major"},
         ValueError,
         "fk: q has shape (3,), expected (3, N)",
     ),
     "joint-major, transposed": (
-        {"q": np.zeros((5, 3)), "layout": "joint_major"},
+        (np.zeros((5, 3)),),
+        {"layout": "joint_major"},
         ValueError,
         "fk: q has shape (5, 3), expected (3, N)",
     ),
-    "complex": ({"q": np.zeros(3, complex)}, TypeError, "q is a ndarray of complex128, expected plain real numbers"),
-    "objects": ({"q": np.array([1, None, 2])}, TypeError, "q is a ndarray of object, expected plain real numbers"),
-    "text": ({"q": ["a", "b", "c"]}, TypeError, "q is a list of <U1, expected plain real numbers"),
-    "dates": ({"q": np.zeros(3, "M8[s]")}, TypeError, "q is a ndarray of datetime64[s], expected plain real numbers"),
-    "records": ({"q": np.zeros(3, "f8,f8")}, TypeError, "expected plain real numbers"),
-    "nothing": ({"q": None}, TypeError, "q is a NoneType of object, expected plain real numbers"),
-    "masked": ({"q": np.ma.zeros(3)}, TypeError, "q is a MaskedArray of float64, expected plain real numbers"),
-    "ragged": ({"q": [[1, 2, 3], [4, 5]]}, ValueError, "inhomogeneous"),
-    "layout": ({"q": Q, "layout": "4x3"}, ValueError, "fk: no layout '4x3' (there are ('4x4', '3x4', 'joint_major'))"),
-    "negative threads": ({"q": Q, "threads": -1}, ValueError, "threads is -1, expected 0 (all cores) or more"),
-    "negative threads, one pose": ({"q": Q[0], "threads": -2}, ValueError, "threads is -2"),
-    "half a thread": ({"q": Q, "threads": 1.5}, TypeError, "float"),
-    "params of a robot without": ({"q": Q, "params": (1.0,)}, TypeError, "params is of type tuple, expected none"),
+    "complex": ((np.zeros(3, complex),), {}, TypeError, "q is a ndarray of complex128, expected plain real numbers"),
+    "objects": ((np.array([1, None, 2]),), {}, TypeError, "q is a ndarray of object, expected plain real numbers"),
+    "text": ((["a", "b", "c"],), {}, TypeError, "q is a list of <U1, expected plain real numbers"),
+    "dates": ((np.zeros(3, "M8[s]"),), {}, TypeError, "q is a ndarray of datetime64[s], expected plain real numbers"),
+    "records": ((np.zeros(3, "f8,f8"),), {}, TypeError, "expected plain real numbers"),
+    "nothing": ((None,), {}, TypeError, "q is a NoneType of object, expected plain real numbers"),
+    "masked": ((np.ma.zeros(3),), {}, TypeError, "q is a MaskedArray of float64, expected plain real numbers"),
+    "ragged": (([[1, 2, 3], [4, 5]],), {}, ValueError, "inhomogeneous"),
+    "layout": ((Q,), {"layout": "4x3"}, ValueError, "fk: no layout '4x3' (there are ('4x4', '3x4', 'joint_major'))"),
+    "negative threads": ((Q,), {"threads": -1}, ValueError, "threads is -1, expected 0 (all cores) or more"),
+    "negative threads, one pose": ((Q[0],), {"threads": -2}, ValueError, "threads is -2"),
+    "half a thread": ((Q,), {"threads": 1.5}, TypeError, "float"),
+    "params of a robot without": ((Q,), {"params": (1.0,)}, TypeError, "params is of type tuple, expected none"),
     "out of another shape": (
-        {"q": Q, "out": np.empty((2, 3, 4))},
+        (Q,),
+        {"out": np.empty((2, 3, 4))},
         ValueError,
         "fk: out has shape (2, 3, 4), expected (2, 4, 4) for q of shape (2, 3)",
     ),
-    "out of broadcast shape": ({"q": Q, "out": np.empty((5, 2, 4, 4))}, ValueError, "expected (2, 4, 4)"),
-    "out of another type": ({"q": Q, "out": RIGHT.astype("f4")}, TypeError, "out is of type float32, expected float64"),
-    "out for float": ({"q": Q.astype("f4"), "out": RIGHT}, TypeError, "out is of type float64, expected float32"),
-    "out of whole numbers": ({"q": Q, "out": RIGHT.astype(int)}, TypeError, "out is of type int64, expected float64"),
-    "out of foreign bytes": ({"q": Q, "out": np.empty((2, 4, 4), ">f8")}, TypeError, "out is of type >f8"),
-    "out read-only": ({"q": Q, "out": read_only()}, ValueError, "fk: out is read-only"),
-    "out a list": ({"q": Q, "out": [1]}, TypeError, "fk: out is a list, expected a plain NumPy array"),
-    "out masked": ({"q": Q, "out": np.ma.empty((2, 4, 4))}, TypeError, "out is a MaskedArray, expected a plain"),
+    "out of broadcast shape": ((Q,), {"out": np.empty((5, 2, 4, 4))}, ValueError, "expected (2, 4, 4)"),
+    "out of another type": ((Q,), {"out": RIGHT.astype("f4")}, TypeError, "out is of type float32, expected float64"),
+    "out for float": ((Q.astype("f4"),), {"out": RIGHT}, TypeError, "out is of type float64, expected float32"),
+    "out of whole numbers": ((Q,), {"out": RIGHT.astype(int)}, TypeError, "out is of type int64, expected float64"),
+    "out of foreign bytes": ((Q,), {"out": np.empty((2, 4, 4), ">f8")}, TypeError, "out is of type >f8"),
+    "out read-only": ((Q,), {"out": read_only()}, ValueError, "fk: out is read-only"),
+    "out a list": ((Q,), {"out": [1]}, TypeError, "fk: out is a list, expected a plain NumPy array"),
+    "out masked": ((Q,), {"out": np.ma.empty((2, 4, 4))}, TypeError, "out is a MaskedArray, expected a plain"),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_is_refused_with_a_reason(chain: ModuleType, case: str) -> None:
-    arguments, error, words = REFUSED[case]
+    inputs, arguments, error, words = REFUSED[case]
 
     with pytest.raises(error, match=re.escape(words)):
-        chain.fk(**arguments)
+        chain.fk(*inputs, **arguments)
 
 
 def test_positions_have_no_3x4(chain: ModuleType) -> None:
@@ -232,11 +235,11 @@ def test_parameters_reach_the_kernel(load: Loader, backend: str, name: str, dtyp
     module, sample = load(name, backend), SAMPLES[name]
     q = np.arange(10.0 * sample.dof).reshape(10, sample.dof).astype(dtype)
 
-    for output in sample.outputs:
-        kernel = getattr(module, output.name)
+    for function in sample.functions:
+        kernel = getattr(module, function.name)
         for offset in (None, 0.5, 8.0, None, 0.5):
             params = None if offset is None else module.Params(offset)
-            expected = sample.reference(output, q, offset)
+            expected = sample.reference(function, q, offset=offset)
 
             assert np.array_equal(expected, kernel(q, params=params))
             assert np.array_equal(expected[3], kernel(q[3], params=params))
@@ -253,7 +256,7 @@ def test_parameters_may_change_from_call_to_call_in_threads(load: Loader, backen
 
     def evaluate(offset: float) -> bool:
         params = module.Params(offset)
-        expected = sample.reference(sample.outputs[0], Q, offset)
+        expected = sample.reference(sample.functions[0], Q, offset=offset)
         return all(np.array_equal(expected, module.fk(Q, params=params)) for _ in range(50))
 
     with ThreadPoolExecutor(4) as pool:
@@ -268,14 +271,14 @@ def test_parameters_may_change_from_call_to_call_in_threads(load: Loader, backen
 def test_a_bound_step_reads_and_writes_anew(load: Loader, backend: str, name: str, dtype: str) -> None:
     module, sample = load(name, backend), SAMPLES[name]
     params = {"params": module.Params(5.0)} if sample.parameter else {}
-    for output in sample.outputs:
-        q, out = np.zeros(sample.dof, dtype), np.empty(output.shape, dtype)
-        step = getattr(module, output.name).bind(q, out, **params)
+    for function in sample.functions:
+        q, out = np.zeros(sample.dof, dtype), np.empty(function.results[0].shape, dtype)
+        step = getattr(module, function.name).bind(q, out, **params)
         for value in (1.0, 2.0):
             q[:] = value
             step()
 
-            assert np.array_equal(sample.reference(output, q, 5.0 if params else None), out)
+            assert np.array_equal(sample.reference(function, q, offset=5.0 if params else None), out)
 
 
 @pytest.mark.parametrize(
@@ -365,7 +368,7 @@ def test_workers_receive_kernels(load: Loader, backend: str) -> None:
 
 def test_kernels_tell_what_they_are(chain: ModuleType, backend: str) -> None:
     how = "c (native, reproducible)" if backend == "c" else "numpy"
-    assert repr(chain.fk) == f"<{chain.__name__}.fk: 3 joint values to (4, 4), backend {how}>"
+    assert repr(chain.fk) == f"<{chain.__name__}.fk: q (3,) to (4, 4), backend {how}>"
     assert chain.fk.__doc__ == "The fk."
     assert chain.fk.__name__ == "fk"
     assert (chain.fk.dof, chain.fk.shape, chain.fk.backend) == (3, (4, 4), backend)
@@ -389,5 +392,5 @@ def test_files_larger_than_memory_stream_through(chain: ModuleType, tmp_path: Pa
     tracemalloc.stop()
     sample = SAMPLES["chain"]
     assert result is out
-    assert np.array_equal(sample.reference(sample.outputs[0], q.astype(float)), out)
+    assert np.array_equal(sample.reference(sample.functions[0], q.astype(float)), out)
     assert peak < out.nbytes / 3, "memory does not grow with the batch"

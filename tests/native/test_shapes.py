@@ -24,8 +24,8 @@ DTYPES = ["f8", "f4", "f2", ">f8", ">f4", "g", "i1", "i4", "u8", "?"]
 def cases(draw: st.DrawFn) -> dict[str, Any]:
     name = draw(st.sampled_from(sorted(SAMPLES)))
     sample = SAMPLES[name]
-    output = draw(st.sampled_from(sample.outputs))
-    layout = draw(st.sampled_from(["4x4", "joint_major", *["3x4"] * output.is_pose]))
+    function = draw(st.sampled_from(sample.functions))
+    layout = draw(st.sampled_from(["4x4", "joint_major", *["3x4"] * function.results[0].is_pose]))
     lead = tuple(draw(st.lists(st.integers(0, 4), max_size=3)))
     shape = (sample.dof, draw(st.integers(0, 9))) if layout == "joint_major" else (*lead, sample.dof)
     dtype = np.dtype(draw(st.sampled_from(DTYPES)))
@@ -33,7 +33,7 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
     values = np.array(draw(st.lists(st.integers(0, 9), min_size=size, max_size=size)), dtype).reshape(shape)
     return {
         "name": name,
-        "output": output,
+        "function": function,
         "layout": layout,
         "q": arranged(values, draw(st.sampled_from(WAYS))),
         "out": draw(st.sampled_from([None, *WAYS[:-2]])),
@@ -45,12 +45,12 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
 @given(case=cases())
 @settings(max_examples=400, suppress_health_check=[HealthCheck.too_slow])
 def test_any_array_gives_what_numpy_gives(load: Loader, backend: str, case: dict[str, Any]) -> None:
-    sample, output, layout, q = SAMPLES[case["name"]], case["output"], case["layout"], case["q"]
-    kernel = getattr(load(case["name"], backend), output.name)
+    sample, function, layout, q = SAMPLES[case["name"]], case["function"], case["layout"], case["q"]
+    kernel = getattr(load(case["name"], backend), function.name)
     single = sample.reals == ("float",) or q.dtype in ("f4", "f2", ">f4")
     dtype = np.dtype("f4" if single else "f8")
     # Small whole numbers: every type holds them and all that is made of them, so results are equal to the bit.
-    expected = sample.reference(output, np.ascontiguousarray(q, dtype).reshape(q.shape), layout=layout)
+    expected = sample.reference(function, np.ascontiguousarray(q, dtype).reshape(q.shape), layout=layout)
     out = None if case["out"] is None else arranged(np.full(expected.shape, 7, dtype), case["out"])
     before = q.copy()
 
@@ -69,7 +69,7 @@ def test_any_array_gives_what_numpy_gives(load: Loader, backend: str, case: dict
 def test_large_batches_are_cut_into_blocks(chain: ModuleType, shape: tuple[int, ...], threads: int) -> None:
     sample, layout = SAMPLES["chain"], "joint_major" if shape[0] == 3 else "4x4"
     q = np.random.default_rng(1).integers(-99, 99, shape).astype(float)
-    expected = sample.reference(sample.outputs[0], q, layout=layout)
+    expected = sample.reference(sample.functions[0], q, layout=layout)
 
     for way in ("plain", "fortran", "sliced", "transposed"):
         result = chain.fk(arranged(q, way), threads=threads, layout=layout)
@@ -129,4 +129,4 @@ def test_interleaved_records_work_in_place(chain: ModuleType) -> None:
     chain.fk(records["q"], out=records["T"])
 
     sample = SAMPLES["chain"]
-    assert np.array_equal(sample.reference(sample.outputs[0], records["q"].copy()), records["T"])
+    assert np.array_equal(sample.reference(sample.functions[0], records["q"].copy()), records["T"])

@@ -144,7 +144,7 @@ class Kernel(Generic[Result]):
         inputs, results = arrays[: len(self.inputs)], arrays[len(self.inputs) :]
         real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
         for given, array in zip(self.inputs, inputs, strict=True):
-            if type(array) is not np.ndarray or array.dtype not in self._reals or array.dtype != real:
+            if not isinstance(array, np.ndarray) or array.dtype not in self._reals or array.dtype != real:
                 kinds = " or ".join(map(str, self._reals))
                 raise TypeError(f"{self.__name__}: bind needs {given.name} as an array of {kinds}")
         lead = self._lead([self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs)], layout)
