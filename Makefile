@@ -8,7 +8,7 @@ JOBS   ?= $(shell nproc 2>/dev/null || echo 2)
 
 VENV   := .venv
 BIN    := $(VENV)/bin
-CHECKED := $(wildcard kinegen tests scripts docs benchmarks generated)
+CHECKED := $(wildcard kinegen tests scripts docs examples benchmarks generated)
 
 # The robots whose output is committed, and how it is built.
 ROBOTS            := $(sort $(wildcard robots/*.yaml))
