@@ -17,7 +17,9 @@ from kinegen.robot.model import Robot
 Floats = NDArray[np.float64]
 
 
-def run(robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = ()) -> Floats:
+def run(
+    robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = (), further: tuple[Floats, ...] = ()
+) -> Floats:
     """Evaluate a program.
 
     Args:
@@ -25,6 +27,7 @@ def run(robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = (
         program: The program.
         q: Joint vectors (N, dof).
         defaults: Values of the runtime parameters.
+        further: The inputs after the joint vectors, such as their rates (N, dof).
 
     Returns:
         The computed entries (N, entries).
@@ -35,7 +38,7 @@ def run(robot: Robot, program: Program, q: Floats, defaults: tuple[Any, ...] = (
     formula: Callable[..., Any] = namespace[program.quantity.function]
     names = [parameter.name for parameter in robot.runtime_parameters]
     arguments = [namedtuple("Params", names)(*map(float, defaults))] if names else []  # noqa: PYI024 - made at run time
-    rows = formula(q.T, *arguments)
+    rows = formula(q.T, *(rows.T for rows in further), *arguments)
     return np.stack([np.broadcast_to(row, (len(q),)) for row in rows], axis=1)
 
 
