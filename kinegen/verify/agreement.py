@@ -15,7 +15,8 @@ from kinegen.outputs import Kind, Quantity, Reference
 from kinegen.reference.differences import Differences
 from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.known import Known, Numbers, quantity_frames
-from kinegen.verify.subjects import adjoint, subjects
+from kinegen.verify.splits import adjoint
+from kinegen.verify.subjects import subjects
 from kinegen.verify.ways import Arrays
 
 JACOBIANS = (Kind.JACOBIAN, Kind.FK_JACOBIAN)

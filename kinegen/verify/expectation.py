@@ -12,7 +12,8 @@ from kinegen.outputs import Quantity
 from kinegen.reference import DIGITS
 from kinegen.robot.extent import reach
 from kinegen.verify.known import Known, Numbers, quantity_frames, quantity_reach
-from kinegen.verify.subjects import Split, subjects
+from kinegen.verify.splits import Split
+from kinegen.verify.subjects import subjects
 
 
 @dataclass(frozen=True, slots=True)

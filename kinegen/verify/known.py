@@ -16,6 +16,9 @@ from kinegen.robot.model import Robot
 
 Numbers = NDArray[Any]
 
+PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
+"""Kinds that say where frames are."""
+
 _OF_POSES = (Kind.INVERSE_POSE, Kind.TRANSFORM_POINT, Kind.ADJOINT)
 """Kinds that are given a pose, of any frame b in any frame a."""
 

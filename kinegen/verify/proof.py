@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.errors import ProofError
-from kinegen.outputs import Array, Kind, Quantity
+from kinegen.outputs import Array, Quantity
 from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.expectation import Expectation, expect
-from kinegen.verify.known import Known
+from kinegen.verify.known import PLACES, Known
 from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
@@ -40,9 +40,6 @@ LAW_POSES = 24
 
 FEWEST = 4
 """Joint vectors are not left out beyond this."""
-
-_PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
-"""Kinds that say where frames are; they are tried at all joint vectors."""
 
 _FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
@@ -171,7 +168,7 @@ def _compare_ways(
         store = _Store(robot, DTYPES[real], exact=False)
         for quantity in quantities:
             kernel = getattr(package, quantity.function)
-            points = samples if quantity.kind in _PLACES else _fewer(samples, kernel.results, NUMBERS)
+            points = samples if quantity.kind in PLACES else _fewer(samples, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
             ways = ways_to_call(package, quantity, real, parameters)
             comparisons += [_compare(expectation, way.target, way.call(inputs), real) for way in ways]
@@ -187,7 +184,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quanti
     for quantity in quantities:
         kernel = getattr(package, quantity.function)
         points = (
-            places if quantity.kind in _PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
+            places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         results = results_of(kernel, None, inputs)

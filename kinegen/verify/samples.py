@@ -150,11 +150,12 @@ def _poses(generator: np.random.Generator, count: int, extent: float) -> FloatAr
     return poses
 
 
-def vector_samples(robot: Robot) -> FloatArray:
+def vector_samples(robot: Robot, random: int = 13) -> FloatArray:
     """A few joint vectors for the test vectors that are written beside the kernels.
 
     Args:
         robot: The robot.
+        random: How many of them are random; the others are zero and both ends of all strokes and angles.
 
     Returns:
         Shape (N, dof); every entry is a multiple of 1/1024, so that floats hold it exactly.
@@ -165,5 +166,5 @@ def vector_samples(robot: Robot) -> FloatArray:
     box = np.array(joint_box(robot))
     inside = np.stack([np.ceil(box[:, 0] * 1024), np.floor(box[:, 1] * 1024)], axis=1) / 1024
     zero = np.clip(np.zeros((1, robot.dof)), inside[:, 0], inside[:, 1])
-    random = np.round(generator.uniform(inside[:, 0], inside[:, 1], (13, robot.dof)) * 1024) / 1024
-    return np.concatenate([zero, inside.T, random])
+    anywhere = np.round(generator.uniform(inside[:, 0], inside[:, 1], (random, robot.dof)) * 1024) / 1024
+    return np.concatenate([zero, inside.T, anywhere])

@@ -18,8 +18,15 @@ from kinegen.outputs import Kind, Quantity
 from kinegen.reference import Actuation, Orientation, rotations
 from kinegen.robot.model import JointType
 from kinegen.verify.known import Known, Numbers
-
-Split = tuple[Numbers, Numbers]
+from kinegen.verify.splits import (
+    Split,
+    adjoint,
+    split_adjoint,
+    split_matrix,
+    split_numbers,
+    split_point,
+    split_rows,
+)
 
 FORMS = (
     Kind.QUATERNION_WXYZ,
@@ -80,15 +87,15 @@ def subjects(quantity: Quantity) -> tuple[Subject, ...]:
 
 
 def _pose(_: Quantity) -> tuple[Subject, ...]:
-    return (Subject(2, lambda known, frame: known.motion.pose(frame), _split_matrix),)
+    return (Subject(2, lambda known, frame: known.motion.pose(frame), split_matrix),)
 
 
 def _position(_: Quantity) -> tuple[Subject, ...]:
-    return (Subject(1, lambda known, frame: known.motion.pose(frame)[:, :3, 3], _split_point),)
+    return (Subject(1, lambda known, frame: known.motion.pose(frame)[:, :3, 3], split_point),)
 
 
 def _jacobian(quantity: Quantity) -> tuple[Subject, ...]:
-    return (Subject(2, lambda known, frame: known.motion.jacobian(frame, quantity.reference), _split_rows),)
+    return (Subject(2, lambda known, frame: known.motion.jacobian(frame, quantity.reference), split_rows),)
 
 
 def _pose_and_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
@@ -96,21 +103,21 @@ def _pose_and_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
 
 
 def _hessian(quantity: Quantity) -> tuple[Subject, ...]:
-    return (Subject(3, lambda known, frame: known.motion.hessian(frame, quantity.reference), _split_rows),)
+    return (Subject(3, lambda known, frame: known.motion.hessian(frame, quantity.reference), split_rows),)
 
 
 def _twist(quantity: Quantity) -> tuple[Subject, ...]:
     def expected(known: Known, frame: str) -> Numbers:
         return known.motion.twist(frame, known.inputs["qd"], quantity.reference)[..., None]
 
-    return (Subject(1, expected, _split_rows, _as_column),)
+    return (Subject(1, expected, split_rows, _as_column),)
 
 
 def _bias_acceleration(quantity: Quantity) -> tuple[Subject, ...]:
     def expected(known: Known, frame: str) -> Numbers:
         return known.motion.bias_acceleration(frame, known.inputs["qd"], quantity.reference)[..., None]
 
-    return (Subject(1, expected, _split_rows, _as_column),)
+    return (Subject(1, expected, split_rows, _as_column),)
 
 
 def _acceleration(quantity: Quantity) -> tuple[Subject, ...]:
@@ -118,7 +125,7 @@ def _acceleration(quantity: Quantity) -> tuple[Subject, ...]:
         rates = known.inputs["qd"], known.inputs["qdd"]
         return known.motion.acceleration(frame, *rates, quantity.reference)[..., None]
 
-    return (Subject(1, expected, _split_rows, _as_column),)
+    return (Subject(1, expected, split_rows, _as_column),)
 
 
 def _parameter_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
@@ -126,7 +133,7 @@ def _parameter_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
         names = [parameter.name for parameter in known.robot.varied_parameters]
         return known.motion.parameter_jacobian(frame, names, quantity.reference)
 
-    return (Subject(2, expected, _split_rows),)
+    return (Subject(2, expected, split_rows),)
 
 
 def _orientation(quantity: Quantity) -> tuple[Subject, ...]:
@@ -140,7 +147,7 @@ def _orientation(quantity: Quantity) -> tuple[Subject, ...]:
         Subject(
             1,
             lambda known, frame: known.motion.pose(frame)[:, :3, :3],
-            _split_numbers,
+            split_numbers,
             read,
             numbers=lambda known, frame: _turned(known, frame).numbers(form),
             margin=lambda known, frame: _turned(known, frame).margin(form),
@@ -166,7 +173,7 @@ def _orientation_rates(quantity: Quantity) -> tuple[Subject, ...]:
     def expected(known: Known, frame: str) -> Numbers:
         return weighted(known, frame, rates(known, frame))
 
-    return (Subject(2, expected, _split_numbers, weighted, rates, margin),)
+    return (Subject(2, expected, split_numbers, weighted, rates, margin),)
 
 
 def _turned(known: Known, frame: str) -> Orientation:
@@ -182,7 +189,7 @@ def _inverse_pose(_: Quantity) -> tuple[Subject, ...]:
         b_T_a[:, 3, 3] = 1
         return b_T_a
 
-    return (Subject(2, expected, _split_matrix),)
+    return (Subject(2, expected, split_matrix),)
 
 
 def _transform_point(_: Quantity) -> tuple[Subject, ...]:
@@ -191,11 +198,11 @@ def _transform_point(_: Quantity) -> tuple[Subject, ...]:
         moved: Numbers = (a_T_b[:, :3, :3] @ b_p[..., None])[..., 0] + a_T_b[:, :3, 3]
         return moved
 
-    return (Subject(1, expected, _split_point),)
+    return (Subject(1, expected, split_point),)
 
 
 def _adjoint(_: Quantity) -> tuple[Subject, ...]:
-    return (Subject(2, lambda known, _: adjoint(known.inputs["a_T_b"]), _split_adjoint),)
+    return (Subject(2, lambda known, _: adjoint(known.inputs["a_T_b"]), split_adjoint),)
 
 
 def _joints_of_actuators(_: Quantity) -> tuple[Subject, ...]:
@@ -204,7 +211,7 @@ def _joints_of_actuators(_: Quantity) -> tuple[Subject, ...]:
         impossible = np.where(_is_nan(found), 0, math.inf)
         return np.where(_is_nan(wanted), impossible, _unwound(known, wanted, found))
 
-    return (Subject(1, lambda known, _: _defined(known.driven.joints), _split_numbers, read),)
+    return (Subject(1, lambda known, _: _defined(known.driven.joints), split_numbers, read),)
 
 
 def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
@@ -214,21 +221,21 @@ def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
         again = Actuation(known.robot, found, exact=known.exact).joints
         return _unwound(known, known.inputs["joints"], again)
 
-    return (Subject(1, lambda known, _: known.inputs["joints"], _split_numbers, read),)
+    return (Subject(1, lambda known, _: known.inputs["joints"], split_numbers, read),)
 
 
 def _pose_of_actuators(_: Quantity) -> tuple[Subject, ...]:
     def wanted(known: Known, frame: str) -> Numbers:
         return known.driven.motion.pose(frame)
 
-    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), _split_matrix, _where_defined(wanted)),)
+    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), split_matrix, _where_defined(wanted)),)
 
 
 def _jacobian_of_actuators(quantity: Quantity) -> tuple[Subject, ...]:
     def wanted(known: Known, frame: str) -> Numbers:
         return known.driven.jacobian(frame, quantity.reference)
 
-    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), _split_rows, _where_defined(wanted)),)
+    return (Subject(2, lambda known, frame: _defined(wanted(known, frame)), split_rows, _where_defined(wanted)),)
 
 
 _SUBJECTS: Mapping[Kind, Callable[[Quantity], tuple[Subject, ...]]] = MappingProxyType(
@@ -257,32 +264,6 @@ _SUBJECTS: Mapping[Kind, Callable[[Quantity], tuple[Subject, ...]]] = MappingPro
 
 
 # How it is compared ---------------------------------------------------------------------------------------------------
-
-
-def _split_matrix(matrices: Numbers) -> Split:
-    """Positions; rotations with the last rows."""
-    others = np.concatenate([matrices[:, :3, :3].reshape(-1, 9), matrices[:, 3]], axis=1)
-    return matrices[:, :3, 3], others
-
-
-def _split_point(points: Numbers) -> Split:
-    return points, points[:, :0]
-
-
-def _split_rows(arrays: Numbers) -> Split:
-    """Linear rows, angular rows: of (N, 6, columns) and (N, n, 6, columns)."""
-    return arrays[..., :3, :].reshape(len(arrays), -1), arrays[..., 3:, :].reshape(len(arrays), -1)
-
-
-def _split_numbers(arrays: Numbers) -> Split:
-    flat = arrays.reshape(len(arrays), -1)
-    return flat[:, :0], flat
-
-
-def _split_adjoint(matrices: Numbers) -> Split:
-    """The block that holds lengths, the three others."""
-    others = (matrices[:, :3, :3], matrices[:, 3:, :3], matrices[:, 3:, 3:])
-    return matrices[:, :3, 3:].reshape(-1, 9), np.concatenate([block.reshape(-1, 9) for block in others], axis=1)
 
 
 def _as_column(_known: Known, _frame: str, found: Numbers) -> Numbers:
@@ -322,13 +303,3 @@ def _defined(numbers: Numbers) -> Numbers:
 def _where_defined(wanted: Callable[[Known, str], Numbers]) -> Callable[[Known, str, Numbers], Numbers]:
     """Zero for whatever a kernel gives there; what does not depend on such a reading may have a value."""
     return lambda known, frame, found: np.where(_is_nan(wanted(known, frame)), 0, found)
-
-
-def adjoint(a_T_b: Numbers) -> Numbers:
-    """The matrices [[R, [p]x R], [0, R]], shape (N, 6, 6), which take twists from b to a (linear, then angular)."""
-    rotation, position = a_T_b[:, :3, :3], a_T_b[:, :3, 3]
-    found = np.zeros((len(a_T_b), 6, 6), dtype=a_T_b.dtype)
-    found[:, :3, :3] = found[:, 3:, 3:] = rotation
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[:, i, 3:] = position[:, j, None] * rotation[:, k] - position[:, k, None] * rotation[:, j]
-    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -9,23 +10,31 @@ from operator import add, mul, neg, sub, truediv
 from typing import Any
 
 import mpmath
+import numpy as np
 
-from kinegen import reference
-from kinegen.emit.c.vectors import Vectors
+from kinegen.emit.c.vectors import Expected, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Quantity, Signature
+from kinegen.reference import DIGITS
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
-from kinegen.verify.known import quantity_frames
-from kinegen.verify.samples import vector_samples
+from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
+from kinegen.verify.samples import FloatArray, input_samples, vector_samples
+from kinegen.verify.subjects import subjects
 from kinegen.verify.tolerances import accepted_error
 
 Row = tuple[Fraction, ...]
 
 PAIRS = 24
 """Sines and cosines in the self-test of the pair."""
+
+LARGE, FEW = 128, 4
+"""Results of more numbers than the first, but for poses, have no more rows than the second."""
+
+CANDIDATES, SAFE = 96, 0.3
+"""Joint vectors among which those are chosen that lie at least so far from every jump (see `Subject.margin`)."""
 
 _NEGLIGIBLE = 1e-40
 _EXACT: Mapping[Operator, Callable[..., Fraction]] = {
@@ -44,60 +53,136 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         kernels: The robot and its programs.
 
     Returns:
-        Joint vectors, results and tolerances; positions are held to the robot's reach, or to 1 if that is less.
+        Inputs, results and tolerances. Results are held to the robot's reach, to 1 if that is less, or to the largest
+        of those that are neither poses nor positions if that is more. A kernel whose numbers jump at every pose, by
+        what rounding leaves of a zero, has no vectors.
     """
     robot, programs = kernels.robot, kernels.programs
-    inputs = vector_inputs(robot)
+    points = _safe_samples(robot, programs)
+    given = {array.name: array for program in programs for array in program.signature.inputs}
+    given.setdefault("q", Array("q", (robot.dof,)))
+    values = {name: rounded(value) for name, value in input_samples(robot, tuple(given.values()), points).items()}
+    known = Known(robot, values, exact=True)
+    safe = [program for program in programs if _is_safe(known, program)]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
-    extent = max(Fraction(1), Fraction(reach(robot, robot.frame_names)))
+    inputs = {name: _rows(value) for name, value in values.items()}
+    expected = {program.quantity: vector_results(known, program.signature) for program in safe}
+    extent = max(Fraction(1), Fraction(reach(robot, robot.frame_names)), *_largest(expected))
     return Vectors(
         inputs=inputs,
-        expected=vector_results(robot, tuple(program.quantity for program in programs)),
-        pairs=vector_pairs(programs, inputs, parameters),
+        expected=expected,
+        pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
         tolerances={real: Fraction(accepted_error(robot, real)) * extent for real in Real},
     )
 
 
-def vector_inputs(robot: Robot) -> tuple[Row, ...]:
-    """The joint vectors, exact; floats hold them too."""
-    return tuple(tuple(Fraction(float(entry)) for entry in row) for row in vector_samples(robot))
+def rounded(values: FloatArray) -> FloatArray:
+    """The same numbers, such that floats hold them exactly."""
+    return values.astype(np.float32).astype(np.float64)
 
 
-def vector_results(robot: Robot, quantities: tuple[Quantity, ...]) -> dict[Quantity, tuple[Row, ...]]:
-    """What each kernel must return for each joint vector.
+def vector_results(known: Known, signature: Signature) -> tuple[Expected, ...]:
+    """What a kernel must return.
 
     Args:
-        robot: The robot.
-        quantities: The kernels.
+        known: The reference at the inputs, in 50 digits.
+        signature: The kernel.
 
     Returns:
-        For each quantity, one row for each of `vector_inputs`: the entries of its frames, 3x4 matrices by rows or
-        points.
+        For each result, rows of numbers: of each frame in turn all entries, of a 4x4 matrix the upper three rows. Large
+        results have fewer rows than there are inputs.
     """
-    known = [reference.frames_mp(robot, row) for row in vector_samples(robot)]
-    return {
-        quantity: tuple(
-            tuple(entry for frame in quantity_frames(robot, quantity) for entry in _entries(frames[frame], quantity))
-            for frames in known
-        )
-        for quantity in quantities
-    }
+    frames = quantity_frames(known.robot, signature.quantity)
+    is_place = signature.quantity.kind in PLACES
+    expected = []
+    with mpmath.workdps(DIGITS):
+        for subject, array in zip(subjects(signature.quantity), signature.results, strict=True):
+            blocks = [_flat(_upper(array, subject.returned(known, frame))) for frame in frames]
+            count = known.count if is_place or array.size <= LARGE else min(FEW, known.count)
+            expected.append(Expected(_rows(np.concatenate(blocks, axis=1)[:count]), subject.turns))
+    return tuple(expected)
+
+
+def _safe_samples(robot: Robot, programs: tuple[Program, ...]) -> FloatArray:
+    """Joint vectors at which no number jumps: all of the usual ones where none ever does."""
+    usual = vector_samples(robot)
+    delicate = [program.quantity for program in programs if _has_jumps(program)]
+    if not delicate:
+        return usual
+    candidates = vector_samples(robot, CANDIDATES)
+    known = Known(robot, {"q": candidates})
+    good = np.ones(len(candidates), dtype=bool)
+    for quantity in delicate:
+        together = good & (_margins(known, quantity) > SAFE)
+        good = together if together.sum() >= min(FEW, len(candidates)) else good
+    return candidates[good][: len(usual)]
+
+
+def _is_safe(known: Known, program: Program) -> bool:
+    """Whether a kernel has to return these numbers at all inputs, and not what rounding makes of them.
+
+    Where a margin is zero at all poses, numbers are certain if the program leaves out what vanishes.
+    """
+    if not _has_jumps(program):
+        return True
+    margins = _margins(known, program.quantity)
+    vanishes = any(isinstance(output, Constant) for output in program.outputs)
+    return bool((margins > SAFE).all() or (vanishes and (margins < _NEGLIGIBLE).all()))
+
+
+def _has_jumps(program: Program) -> bool:
+    return any(subject.margin is not None for subject in subjects(program.quantity))
+
+
+def _margins(known: Known, quantity: Quantity) -> Numbers:
+    """The smallest distance from a jump over all frames, shape (N,)."""
+    frames = quantity_frames(known.robot, quantity)
+    margins = [
+        each.margin(known, frame).astype(np.float64) for each in subjects(quantity) if each.margin for frame in frames
+    ]
+    smallest: Numbers = np.min(margins, axis=0)
+    return smallest
+
+
+def _largest(expected: Mapping[Quantity, tuple[Expected, ...]]) -> Iterator[Fraction]:
+    """The largest number of each kernel that does not say where frames are."""
+    for quantity, results in expected.items():
+        if quantity.kind not in PLACES:
+            yield max((abs(entry) for result in results for row in result.rows for entry in row), default=Fraction(0))
+
+
+def _upper(array: Array, values: Numbers) -> Numbers:
+    """Matrices without their last rows."""
+    return values[..., :3, :] if array.is_pose else values
+
+
+def _flat(values: Numbers) -> Numbers:
+    return values.reshape(len(values), math.prod(values.shape[1:]))
+
+
+def _rows(values: Numbers) -> tuple[Row, ...]:
+    return tuple(tuple(_fraction(entry) for entry in row) for row in _flat(values))
 
 
 def vector_pairs(
-    programs: tuple[Program, ...], inputs: tuple[Row, ...], parameters: Mapping[str, Fraction]
+    programs: tuple[Program, ...], inputs: Mapping[str, tuple[Row, ...]], parameters: Mapping[str, Fraction]
 ) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     """Angles that kernels take the sine and cosine of, and both.
 
     Args:
         programs: The kernels.
-        inputs: Joint vectors.
+        inputs: The numbers of each input, by name.
         parameters: Values of the runtime parameters.
 
     Returns:
         Angle, sine and cosine, ascending; `PAIRS` at most, evenly picked. Floats hold the angles exactly.
     """
-    exact = {angle for program in programs for row in inputs for angle in _angles(program, row, parameters)}
+    exact = {
+        angle
+        for program in programs
+        for rows in zip(*(inputs[array.name] for array in program.signature.inputs), strict=True)
+        for angle in _angles(program, tuple(itertools.chain(*rows)), parameters)
+    }
     angles = sorted({Fraction(Real.FLOAT.round(angle)) for angle in exact})
     chosen = angles[:: math.ceil(len(angles) / PAIRS) or 1]
     with mpmath.workdps(50):
@@ -116,11 +201,6 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
             yield from operands  # none if it comes from a sine, a root or the like
         elif len(operands) == statement.operator.arity and statement.operator in _EXACT:
             known[Temporary(statement.name)] = _EXACT[statement.operator](*operands)
-
-
-def _entries(matrix: Any, quantity: Quantity) -> Row:
-    columns = range(4) if quantity.is_pose else (3,)
-    return tuple(_fraction(matrix[row, column]) for row in range(3) for column in columns)
 
 
 def _fraction(value: Any) -> Fraction:

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.build import lower_file
 from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
 from kinegen.native.package import load_package
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import Quantity
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.load import load, loads
 from kinegen.verify.proof import Comparison, Proof, move_parameters, prove
 from kinegen.verify.samples import CORNERS, RANDOM, SPECIAL, proof_samples, vector_samples
 from kinegen.verify.tolerances import TOLERANCES
-from kinegen.verify.vectors import vector_inputs, vector_results
+from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, make, write_robot
 
 
@@ -102,14 +103,12 @@ def test_vectors_are_held_exactly_by_floats_and_inside_the_limits(name: str) -> 
 @pytest.mark.parametrize("name", ["puma560", "hand", "calibrated_2r", "screw", "standard_frames"])
 def test_vectors_are_the_reference_in_fifty_digits(name: str) -> None:
     """And the plain reference agrees as far as its own digits go."""
-    robot = load(ROBOTS / f"{name}.yaml")
-    q = np.array([[float(entry) for entry in row] for row in vector_inputs(robot)])
-    known = reference.frames(robot, q)
-    results = vector_results(robot, USUAL)
-    for index, frame in enumerate(robot.frame_names):
-        found = np.array(
-            [[float(entry) for entry in row[12 * index : 12 * index + 12]] for row in results[Quantity.FRAMES]]
-        )
+    kernels = lower_file(ROBOTS / f"{name}.yaml", (Quantity.FRAMES,))
+    vectors = compute_vectors(kernels)
+    known = reference.frames(kernels.robot, np.array(vectors.inputs["q"], dtype=float))
+    (expected,) = vectors.expected[Quantity.FRAMES]
+    for index, frame in enumerate(kernels.robot.frame_names):
+        found = np.array([row[12 * index : 12 * index + 12] for row in expected.rows], dtype=float)
 
         np.testing.assert_allclose(found.reshape(-1, 3, 4), known[frame][:, :3], rtol=0, atol=1e-12)
 

@@ -5,51 +5,91 @@ The expected values come from the caller, computed with 50 digits; here they are
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.c.arguments import declared
+from kinegen.emit.c.arguments import declared, given
 from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
+from kinegen.emit.words import input_text
+from kinegen.ir.program import Program
 from kinegen.naming import c_file, comment_text, function, guard, prefix, sincos_macro
 from kinegen.outputs import Quantity
+
+_PI = Fraction(math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What one result of a kernel must be.
+
+    Attributes:
+        rows: For each set of inputs, or for the first of them, the entries of the output array in order, without the
+            constant last row of a matrix.
+        turns: Whether they are angles, of which whole turns do not matter.
+    """
+
+    rows: tuple[tuple[Fraction, ...], ...]
+    turns: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Vectors:
-    """Joint vectors and what the kernels must return for them.
+    """Inputs and what the kernels must return for them.
 
     Attributes:
-        inputs: Joint vectors; entries that floats hold exactly.
-        expected: For each quantity and joint vector, the entries of the output array in order, without the constant
-            last row of a matrix.
+        inputs: Rows of each input by name, joint vectors `q` among them; entries that floats hold exactly.
+        expected: For each quantity its results in order.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
         tolerances: Largest accepted difference of an entry, in its own unit, for each number type.
     """
 
-    inputs: tuple[tuple[Fraction, ...], ...]
-    expected: Mapping[Quantity, tuple[tuple[Fraction, ...], ...]]
+    inputs: Mapping[str, tuple[tuple[Fraction, ...], ...]]
+    expected: Mapping[Quantity, tuple[Expected, ...]]
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
     tolerances: Mapping[Real, Fraction]
 
 
 @dataclass(frozen=True, slots=True)
-class VectorCheck:
-    """The check of one kernel."""
+class VectorInput:
+    """The values of one input."""
 
-    function: str
+    name: str
     array: str
+    extent: str
+    words: str
     rows: tuple[str, ...]
-    entries: int
-    frames: int
+
+
+@dataclass(frozen=True, slots=True)
+class VectorResult:
+    """The check of one result."""
+
+    array: str
+    found: str
+    rows: tuple[str, ...]
+    entries: str
+    block: int
+    blocks: int
     total: int
     stride: int
     output: str
     first: str
+    turns: bool
+
+
+@dataclass(frozen=True, slots=True)
+class VectorCheck:
+    """The check of one kernel, at the first `count` inputs."""
+
+    function: str
+    count: int
+    results: tuple[VectorResult, ...]
     call: str
 
 
@@ -69,10 +109,12 @@ class VectorContext:
     length: str
     count_macro: str
     count: int
-    dof: int
-    dof_macro: str
-    inputs: tuple[str, ...]
+    inputs: tuple[VectorInput, ...]
     checks: tuple[VectorCheck, ...]
+    left_out: tuple[str, ...]
+    has_turns: bool
+    half_turn: str
+    turn: str
     pairs: tuple[str, ...]
     pairs_macro: str
     sincos: Sincos
@@ -94,6 +136,8 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
     """
     robot = kernels.robot
     stem = prefix(robot.name, real)
+    checked = [program for program in kernels.programs if program.quantity in vectors.expected]
+    left_out = [program.quantity for program in kernels.programs if program.quantity not in vectors.expected]
     context = VectorContext(
         header=f"{stem}_vectors.h",
         source=f"{stem}_selftest.c",
@@ -106,11 +150,13 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         real=real.value,
         length=robot.units.length,
         count_macro=f"{stem.upper()}_VECTORS",
-        count=len(vectors.inputs),
-        dof=robot.dof,
-        dof_macro=macros(kernels)[0][0],
-        inputs=tuple(_row(entries, real) for entries in vectors.inputs),
-        checks=tuple(_check(kernels, vectors, index, real) for index in range(len(kernels.programs))),
+        count=len(vectors.inputs["q"]),
+        inputs=tuple(_inputs(kernels, checked, vectors, real)),
+        checks=tuple(_check(kernels, program, vectors, real) for program in checked),
+        left_out=tuple(function(robot.name, quantity.function, real) for quantity in left_out),
+        has_turns=any(result.turns for program in checked for result in vectors.expected[program.quantity]),
+        half_turn=real.literal(_PI),
+        turn=real.literal(2 * _PI),
         pairs=tuple(_pair(*pair, real) for pair in vectors.pairs),
         pairs_macro=f"{stem.upper()}_PAIRS",
         sincos=SINCOS[real],
@@ -124,26 +170,56 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
     }
 
 
-def _check(kernels: Kernels, vectors: Vectors, index: int, real: Real) -> VectorCheck:
+def _inputs(kernels: Kernels, checked: list[Program], vectors: Vectors, real: Real) -> Iterator[VectorInput]:
+    """The values of all inputs that the kernels are given."""
+    arrays = {array.name: array for program in checked for array in given(program)}
+    for name, array in arrays.items():
+        yield VectorInput(
+            name=name,
+            array=f"{prefix(kernels.robot.name, real)}_vectors_{name}",
+            extent=macros(kernels)[0][0] if array.shape == (kernels.robot.dof,) else str(array.stored),
+            words="Joint vectors." if name == "q" else f"{name}: {input_text(array)}.",
+            rows=tuple(_row(entries, real) for entries in vectors.inputs[name]),
+        )
+
+
+def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> VectorCheck:
     robot = kernels.robot
-    program = kernels.programs[index]
     name = function(robot.name, program.quantity.function, real)
-    result = program.signature.results[0]
-    inputs = ["q"] if robot.dof else []
+    expected = vectors.expected[program.quantity]
+    arguments = [array.name for array in given(program)]
     if robot.runtime_parameters:
-        inputs.append(f"&{prefix(robot.name, real)}_default_params")
+        arguments.append(f"&{prefix(robot.name, real)}_default_params")
+    arguments += [array.name for array in program.signature.results]
     return VectorCheck(
         function=name,
-        array=f"{name}_expected",
-        rows=tuple(_row(entries, real) for entries in vectors.expected[program.quantity]),
-        entries=result.size // result.blocks,
-        frames=result.blocks,
-        total=result.size,
-        stride=result.stored,
-        output=declared(kernels, program, result),
-        first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
-        call=f"{name}({', '.join([*inputs, result.name])})",
+        count=min(len(result.rows) for result in expected),
+        results=tuple(_results(kernels, program, expected, real)),
+        call=f"{name}({', '.join(arguments)})",
     )
+
+
+def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...], real: Real) -> Iterator[VectorResult]:
+    name = function(kernels.robot.name, program.quantity.function, real)
+    arrays = program.signature.results
+    for array, result in zip(arrays, expected, strict=True):
+        ending = f"_{array.name}" if len(arrays) > 1 else ""
+        entries = array.size // array.blocks
+        of_frames = " for each frame" if program.frames else ""
+        without = "; the last rows 0 0 0 1 are left out" if array.is_pose else ""
+        yield VectorResult(
+            array=f"{name}_expected{ending}",
+            found=f"found{ending}",
+            rows=tuple(_row(numbers, real) for numbers in result.rows),
+            entries=f"{entries} entries{of_frames}{without}",
+            block=entries,
+            blocks=array.blocks,
+            total=array.size,
+            stride=array.stored,
+            output=declared(kernels, program, array),
+            first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
+            turns=result.turns,
+        )
 
 
 def _pair(angle: Fraction, sine: Fraction, cosine: Fraction, real: Real) -> str:
