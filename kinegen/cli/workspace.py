@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from kinegen import __version__
-from kinegen.cli.terminal import columns, complain, faint, say, strong
+from kinegen.cli.terminal import complain, say, strong
+from kinegen.cli.workspace_report import Study, document, report
+from kinegen.errors import KinegenError
 
 if TYPE_CHECKING:
-    from kinegen.workspace.dexterous import Turning
+    from kinegen.workspace.dexterous import Dexterity, Turning
     from kinegen.workspace.ranges import Range
-    from kinegen.workspace.survey import SurveyOptions, Workspace
+    from kinegen.workspace.survey import Workspace
 
 DEFAULT_SAMPLES = 10_000_000
-
-_MEASURES = {1: ("length", ""), 2: ("area", "²"), 3: ("volume", "³")}
 
 
 def _whole(_context: click.Context, _parameter: click.Parameter, text: str) -> int:
@@ -93,12 +89,12 @@ def command(
     study = _study(file, tip, limits_from, samples, voxel, seed, threads)
     written = _write(study, slices, cloud)
     if as_json:
-        say(json.dumps(_document(study, written), indent=2))
+        say(json.dumps(document(study, written), indent=2))
         return
     if study.workspace.tip.backend != "c":
         complain("warning: there is no C compiler, so NumPy evaluates, which takes several times longer")
     say(strong(f"{file}: workspace of {study.workspace.tip.name}"))
-    say("\n".join(f"  {line}".rstrip() for line in _report(study)))
+    say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
         say(f"  wrote {path}")
 
@@ -115,20 +111,9 @@ def _check_cloud(path: Path) -> None:
     check_cloud(path)
 
 
-@dataclass(frozen=True, slots=True)
-class _Study:
-    """What was asked, and what was found."""
-
-    file: Path
-    ranges: tuple[Range, ...]
-    options: SurveyOptions
-    workspace: Workspace
-    turning: Turning
-
-
 def _study(
     file: Path, tip: str | None, limits_from: str | None, samples: int, voxel: float | None, seed: int, threads: int
-) -> _Study:
+) -> Study:
     from kinegen.build import lower_file
     from kinegen.outputs import Quantity
     from kinegen.robot.load import load
@@ -141,10 +126,41 @@ def _study(
     ranges = joint_ranges(kernels.robot, None if limits_from is None else load(limits_from))
     options = SurveyOptions(samples, voxel, seed, threads)
     workspace = survey(kernels.robot, find_tip(kernels, tip), ranges, options)
-    return _Study(file, ranges, options, workspace, find_turning(kernels.robot, workspace))
+    turning = find_turning(kernels.robot, workspace)
+    reason = _no_dexterity(turning, workspace)
+    if not reason and limits_from is not None:
+        reason = "not measured, since the inverse keeps to the limits of its own file"
+    dexterity = reason or _dexterity(file, ranges, workspace, turning)
+    return Study(file, ranges, options, workspace, turning, dexterity)
 
 
-def _write(study: _Study, slices: Path | None, cloud: Path | None) -> list[Path]:
+def _no_dexterity(turning: Turning, workspace: Workspace) -> str:
+    """Why there is no dexterous part, or nothing."""
+    if turning.freedom == 0:
+        return "none to speak of, since the tip keeps one orientation"
+    if turning.freedom == 2:
+        return "none, since the arm cannot turn the tip every way"
+    ways = "about one line" if turning.freedom == 1 else "every way"
+    if not turning.free:
+        return f"none, since the tip cannot turn {ways} while it stands still"
+    return "" if workspace.tally is not None and workspace.shape.fills else "not measured, as the region is not"
+
+
+def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turning: Turning) -> Dexterity | str:
+    """What the closed-form inverse finds, or why there is none."""
+    from kinegen.build import lower_file
+    from kinegen.outputs import Kind, Quantity
+    from kinegen.workspace.dexterous import dexterous_part
+    from kinegen.workspace.inverse import find_inverse
+
+    try:
+        kernels = lower_file(file, (Quantity(Kind.INVERSE),))
+    except KinegenError as error:
+        return f"not measured: {error.message}"
+    return dexterous_part(workspace, turning, find_inverse(kernels, ranges))
+
+
+def _write(study: Study, slices: Path | None, cloud: Path | None) -> list[Path]:
     from kinegen.workspace.cloud import pack
     from kinegen.workspace.slices import draw
     from kinegen.write import write_files
@@ -157,116 +173,3 @@ def _write(study: _Study, slices: Path | None, cloud: Path | None) -> list[Path]
     for path, content in contents.items():
         write_files(path.parent, {path.name: content})
     return list(contents)
-
-
-# The report -----------------------------------------------------------------------------------------------------------
-
-
-def _report(study: _Study) -> Iterator[str]:
-    yield from _joints(study)
-    yield ""
-    yield from _extremes(study.workspace)
-    yield ""
-    yield from _counts(study.workspace)
-    yield _dexterous(study)
-
-
-def _joints(study: _Study) -> Iterator[str]:
-    """What was varied, and over what where the file does not say."""
-    workspace = study.workspace
-    moving = [study.ranges[place].name for place in workspace.tip.movers]
-    still = [each.name for each in study.ranges if each.name not in moving]
-    varied = f"of {', '.join(moving)} " if moving else ""
-    yield faint(f"{study.options.samples:,} samples {varied}in {workspace.seconds:.2g} s")
-    if still:
-        yield faint(f"{', '.join(still)}: no effect on the position")
-    unlimited: dict[str, list[str]] = {}
-    for each in study.ranges:
-        if each.name in moving and not each.limited:
-            how = "a full turn" if each.type != "prismatic" else f"{each.low:g} to {each.high:g} {workspace.unit}"
-            unlimited.setdefault(how, []).append(each.name)
-    for how, names in unlimited.items():
-        yield faint(f"{', '.join(names)}: no limits in the file, taken as {how}")
-
-
-def _extremes(workspace: Workspace) -> Iterator[str]:
-    unit = workspace.unit
-    axis = "" if workspace.axis is None else f"from the axis of {workspace.axis.name}"
-    names = {"base": "from the base", "axis": axis}
-    largest = max(max(abs(each.low), abs(each.high)) for each in workspace.extremes)
-    digits = 4 if largest == 0 else max(0, 3 - math.floor(math.log10(largest)))
-    rows = [("", "least", "most", "")]
-    for each in workspace.extremes:
-        low, high = (_decimal(value, digits) for value in (each.low, each.high))
-        rows.append((names.get(each.name, each.name), low, high, unit))
-    yield from columns(rows, left=frozenset({0, 3}))
-
-
-def _decimal(value: float, digits: int) -> str:
-    text = f"{value:.{digits}f}"
-    return text.removeprefix("-") if not text.strip("-0.") else text
-
-
-def _counts(workspace: Workspace) -> Iterator[str]:
-    shape, unit = workspace.shape, workspace.unit
-    if workspace.tally is None or not shape.fills:
-        held = {2: "in a plane", 3: "in space"}.get(len(shape.axes), "")
-        yield f"the tip sweeps a {shape.kind} {held}".rstrip() + ", which has no volume; its size is not measured"
-        return
-    what, power = _MEASURES[shape.dimension]
-    rows = [("", "voxel", "poses", "voxels hit", what, "")]
-    before = None
-    stages = ("half of the samples", "all samples", "and searched at the rim", "the same, finer")
-    for stage, count in zip(stages, workspace.tally.counts, strict=True):
-        measure = count.measure or 0.0
-        change = f"{(measure / before - 1) * 100:+.2f} %" if before else ""
-        cells = f"{count.voxel:g} {unit}", f"{count.poses:,}", f"{count.hit:,}", f"{measure:.4g} {unit}{power}"
-        rows.append((stage, *cells, change))
-        before = measure
-    yield from columns(rows, left=frozenset({0}))
-    yield ""
-    where = f", in the plane of {' and '.join(shape.names)}" if shape.dimension == 2 else ""
-    yield strong(f"{what} {workspace.tally.counts[2].measure:.4g} {unit}{power}{where}")
-    yield faint("low rather than high, since voxels that no pose hit are missing; the last line tells what size does")
-
-
-def _dexterous(study: _Study) -> str:
-    turning, workspace = study.turning, study.workspace
-    if turning.freedom == 0:
-        return "dexterous part: the tip keeps one orientation"
-    if turning.freedom == 2:
-        return "dexterous part: none, since the arm cannot turn the tip every way"
-    ways = "about one line" if turning.freedom == 1 else "every way"
-    if not turning.free:
-        return f"dexterous part: none, since the tip cannot turn {ways} while it stands still"
-    return f"dexterous part: not measured, since there is no closed inverse for {workspace.robot}"
-
-
-# The document ---------------------------------------------------------------------------------------------------------
-
-
-def _document(study: _Study, written: list[Path]) -> dict[str, Any]:
-    workspace, shape = study.workspace, study.workspace.shape
-    axis = workspace.axis
-    return {
-        "kinegen": __version__,
-        "format": 1,
-        "file": str(study.file),
-        "robot": workspace.robot,
-        "tip": workspace.tip.name,
-        "unit": workspace.unit,
-        "samples": study.options.samples,
-        "seed": study.options.seed,
-        "seconds": workspace.seconds,
-        "joints": [
-            {**asdict(each), "moves_the_tip": place in workspace.tip.movers} for place, each in enumerate(study.ranges)
-        ],
-        "shape": {"kind": shape.kind, "dimension": shape.dimension, "axes": shape.axes.tolist(), "names": shape.names},
-        "extremes": {each.name: [each.low, each.high] for each in workspace.extremes},
-        "first_axis": None
-        if axis is None
-        else {"joint": axis.name, "point": axis.point.tolist(), "direction": axis.direction.tolist()},
-        "counts": [] if workspace.tally is None else [asdict(count) for count in workspace.tally.counts],
-        "dexterous": {"freedom": study.turning.freedom, "free": study.turning.free},
-        "written": [str(path) for path in written],
-    }

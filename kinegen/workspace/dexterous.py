@@ -31,7 +31,7 @@ _ABOUT_A_LINE = 72
 _EVERY_WAY = 240
 """Orientations that stand for all: 5 degrees apart about a line, some 35 degrees apart in space."""
 
-_VOXELS = 4000
+_VOXELS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Turning:
 
 @dataclass(frozen=True, slots=True)
 class Dexterity:
-    """What an inverse found.
+    """What an inverse found out of a sample of voxels and orientations.
 
     Attributes:
         voxels: Number of voxels whose middles were tried, spread evenly over all.

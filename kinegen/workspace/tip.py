@@ -1,37 +1,22 @@
 """The tip of a robot as a function to call: its position kernel, compiled for this machine.
 
-In: a robot with its position program. Out: a callable from joint vectors to points, both joint-major. The kernel is the
-one that a build emits, so its sums and sines are proved there; here it is compiled and imported from a folder that
-nobody else sees.
+In: a robot with its position program. Out: a callable from joint vectors to points, both joint-major.
 """
 
 from __future__ import annotations
 
-import contextlib
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.files import stamp_of
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
-from kinegen.emit.reals import Real
-from kinegen.errors import KinegenError, MissingToolError
+from kinegen.errors import KinegenError
 from kinegen.ir.program import Program, Temporary, Variable
-from kinegen.naming import EXTENSION
-from kinegen.native.package import build_extension, interface_of, load_package
+from kinegen.workspace.package import make_package
 
 FloatArray = NDArray[np.float64]
-
-_REALS = (Real.DOUBLE,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +57,7 @@ def find_tip(kernels: Kernels, name: str | None = None) -> Tip:
     if name is not None and name not in tips:
         raise KinegenError(f"unknown tip {name!r} (expected {', '.join(tips)})")
     place = 0 if name is None else tips.index(name)
-    package, kept = _package(kernels), slice(3 * place, 3 * place + 3)
+    package, kept = make_package(kernels), slice(3 * place, 3 * place + 3)
 
     def position(q: FloatArray) -> FloatArray:
         points: FloatArray = package.position(q, layout="joint_major", threads=1)[kept]
@@ -89,20 +74,3 @@ def _movers(program: Program, kept: slice) -> tuple[int, ...]:
         if Temporary(statement.name) in wanted:
             wanted.update(statement.operands)
     return tuple(sorted(operand.index for operand in wanted if isinstance(operand, Variable)))
-
-
-def _package(kernels: Kernels) -> ModuleType:
-    """The robot's package with this kernel alone; NumPy evaluates where there is no compiler."""
-    sources: dict[str, str] = {}
-    for real in _REALS:
-        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
-    files = emit_formula(kernels) | emit_package(kernels, _REALS, stamp_of(sources))
-    contents = {name: text.encode() for name, text in files.items()}
-    with contextlib.suppress(MissingToolError):
-        contents[EXTENSION] = build_extension(interface_of(kernels, _REALS), sources).content
-    with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
-        folder = Path(staging) / kernels.robot.name
-        folder.mkdir()
-        for name, content in contents.items():
-            (folder / name).write_bytes(content)
-        return load_package(folder)

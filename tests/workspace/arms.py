@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Quantity
+from kinegen.outputs import Kind, Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -57,10 +57,16 @@ def robot(joints: str) -> Robot:
 
 
 @cache
+def kernels(joints: str, kind: Kind) -> Kernels:
+    """It and one of its programs."""
+    found = robot(joints)
+    return Kernels(found, (lower(derive(found, Quantity(kind))),), runtime_defaults(found))
+
+
+@cache
 def tip(joints: str) -> Tip:
     """Its tip."""
-    found = robot(joints)
-    return find_tip(Kernels(found, (lower(derive(found, Quantity.POSITION)),), runtime_defaults(found)))
+    return find_tip(kernels(joints, Kind.POSITION))
 
 
 @cache

@@ -6,6 +6,7 @@ import json
 import sys
 from math import pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,6 +101,42 @@ def test_limits_of_another_file(two: str, tmp_path: Path, capsys: pytest.Capture
     found = json.loads(capsys.readouterr().out)
 
     assert found["counts"][2]["measure"] == pytest.approx(pi / 2 * (0.8**2 - 0.2**2), rel=0.01)
+
+
+def dexterous(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    """What a call says of the dexterous part."""
+    assert main(["workspace", "--samples", "1e4", "--json", *arguments]) == 0
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)["dexterous"]
+    return found
+
+
+def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
+    """Links of 0.4, 0.3 and 0.2 m: all orientations from 0.3 to 0.5 m, and up to 0.1 m."""
+    planar = str(arms.ROBOTS / "planar_3r.yaml")
+
+    assert dexterous(capsys, planar)["measure"] == pytest.approx(pi * (0.5**2 - 0.3**2 + 0.1**2), rel=0.1)
+    main(["workspace", planar, "--samples", "1e4"])
+    assert "dexterous part 0.5" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("robot", "reason"),
+    [
+        ("iiwa14", "not measured: iiwa14 has no closed-form inverse here: "),
+        ("cartesian", "none to speak of, since the tip keeps one orientation"),
+        ("al5d", "none, since the tip cannot turn every way while it stands still"),
+        ("spherical_arm", "none, since the arm cannot turn the tip every way"),
+        ("blocks", "none to speak of, since the tip keeps one orientation"),
+    ],
+)
+def test_why_there_is_no_dexterous_part(robot: str, reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert dexterous(capsys, str(arms.ROBOTS / f"{robot}.yaml"))["reason"].startswith(reason)
+
+
+def test_an_inverse_does_not_serve_the_limits_of_another_file(capsys: pytest.CaptureFixture[str]) -> None:
+    planar = str(arms.ROBOTS / "planar_3r.yaml")
+
+    assert "limits of its own file" in dexterous(capsys, planar, "--limits-from", planar)["reason"]
 
 
 def test_limits_of_a_file_with_other_joints(two: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from kinegen import reference
+from kinegen.outputs import Kind
 from kinegen.workspace.dexterous import Inverse, dexterous_part, find_turning
+from kinegen.workspace.inverse import find_inverse
+from kinegen.workspace.ranges import joint_ranges
 from tests.workspace import arms
 
 FREEDOMS = {
@@ -59,6 +63,23 @@ def test_the_dexterous_part_of_a_planar_arm() -> None:
 
     assert found.measure == pytest.approx(pi * (1.4**2 - 0.6**2), rel=0.02)
     assert 0 < found.dexterous < found.voxels
+
+
+def test_the_closed_form_inverse_finds_the_same() -> None:
+    workspace, robot = arms.surveyed(arms.THREE_LINKS), arms.robot(arms.THREE_LINKS)
+    turning = find_turning(robot, workspace)
+    closed = find_inverse(arms.kernels(arms.THREE_LINKS, Kind.INVERSE), joint_ranges(robot))
+
+    assert dexterous_part(workspace, turning, closed) == dexterous_part(workspace, turning, planar_inverse(1, 0.6, 0.2))
+
+
+def test_the_inverse_keeps_a_slide_within_its_range() -> None:
+    """Without limits in the file, a slide is sampled over a range that its inverse knows nothing of."""
+    robot = arms.robot("cartesian")
+    reached = find_inverse(arms.kernels("cartesian", Kind.INVERSE), joint_ranges(robot))
+    at_rest = reference.pose(robot, [[0, 0, 0], [0, 0, 0.9], [0, 0, 1.1]])[:, 0]
+
+    assert list(reached(at_rest)) == [True, True, False]
 
 
 def test_an_inverse_that_reaches_all_makes_all_of_it_dexterous() -> None:
