@@ -19,7 +19,7 @@ from kinegen import __version__
 from kinegen.cli.terminal import complain
 from kinegen.errors import KinegenError
 
-COMMANDS = ("build", "show", "check", "fk", "size", "workspace", "schema")
+COMMANDS = ("build", "show", "check", "inspect", "fk", "size", "workspace", "schema")
 """The subcommands, each in the module of that name, as its `command`."""
 
 INTERRUPTED = 130

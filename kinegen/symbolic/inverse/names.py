@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from itertools import product
 
+import sympy as sp
+
 from kinegen.symbolic.inverse.family import (
     Build,
     ColumnArm,
@@ -63,24 +65,52 @@ def _arm_choices(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[tup
 
 
 _ALIGNED = "where axes 4 and 6 are in line, joint 4 stands at 0 (or its limit nearest to 0) and joint 6 takes the sum"
-_SHOULDER = "a point on the axis of joint 1 is reached with joint 1 at 0 (or its limit nearest to 0)"
 _POSITION = "the position of the tool decides; the attitude of the target is not read"
-_PLANE = "the target must lie in the plane of the tool, within 1e-9 of the arm's size"
-_UPRIGHT = "the target must be the tool of the zero pose turned about the common axis alone, within 1e-9 rad"
+_PLANE = "the target must lie in the plane of the tool, within 1e-6 of the arm's size"
+_UPRIGHT = "the target must be the tool of the zero pose turned about the common axis alone, within 1e-6 rad"
+_APPROACH = "the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-6 rad"
+_PARALLEL = (
+    "where axes 4 and 6 are parallel, joint 6 stands at 0, or as near to it as reach allows, and joint 4 takes the sum"
+)
 
-CONDITIONS: dict[object, tuple[str, ...]] = {
-    PointArm: (_POSITION, _SHOULDER),
-    WristArm: (_SHOULDER, _ALIGNED),
-    (FlatArm, 2, False): (
-        "the position of the tool in the plane decides; the attitude of the target is not read",
-        _PLANE,
-    ),
-    (FlatArm, 2, True): (_POSITION,),
-    (FlatArm, 3, False): (_UPRIGHT, _PLANE),
-    (FlatArm, 3, True): (_UPRIGHT,),
-    (TripleArm, 5): (
-        "the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-9 rad",
-        "a point on the axis of joint 1 is reached in the plane of the approach vector",
-    ),
-    (TripleArm, 6): (_SHOULDER, "where axes 4 and 6 are parallel, joint 6 stands at 0, or as near to it as the reach allows, and joint 4 takes the sum"),
-}
+
+def conditions_of(build: Build) -> tuple[str, ...]:
+    """What a target must be besides within reach, and what is chosen where there is a choice.
+
+    Args:
+        build: How the arm is built.
+
+    Returns:
+        Sentences.
+    """
+    match build:
+        case PointArm(arm):
+            return (_POSITION, *_free_joints(arm))
+        case WristArm(arm):
+            return (*_free_joints(arm), _ALIGNED)
+        case FlatArm(turns, lift):
+            plane = () if lift else (_PLANE,)
+            return (_UPRIGHT if len(turns) == 3 else _POSITION, *plane)
+        case TripleArm(wrist=None):
+            return (_APPROACH, "a point on axis 1 is reached in the plane of the approach vector")
+        case TripleArm():
+            return (*_free_waist(build.depth), _PARALLEL)
+
+
+def _free_joints(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[str, ...]:
+    match arm:
+        case ElbowArm() | StrokeArm():
+            return _free_waist(arm.depth)
+        case ColumnArm(turn):
+            return (_free(turn.number),)
+        case GantryArm():
+            return ()
+
+
+def _free_waist(depth: sp.Expr) -> tuple[str, ...]:
+    """An arm beside its waist does not reach the axis of the waist."""
+    return (_free(1),) if not depth.is_number or depth == 0 else ()
+
+
+def _free(number: int) -> str:
+    return f"a point on axis {number} is reached with joint {number} at 0 (or its limit nearest to 0)"

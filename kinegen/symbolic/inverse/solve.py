@@ -22,7 +22,7 @@ from kinegen.symbolic.inverse.solve_arm import (
     turn_waist,
     ways,
 )
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, WITHIN, ZERO, Angle, Bend, Steps, fixed
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, ZERO, Angle, Bend, Steps, fixed
 from kinegen.symbolic.inverse.wrists import Columns, flips, hand_direction
 
 _LARGEST = sp.Integer(10) ** 30
@@ -119,13 +119,13 @@ def _flat_solutions(steps: Steps, axes: Axes, build: FlatArm, target: Target, sa
     valid = [sane]
     if build.lift is None:
         size = arm_size(*build.upper, *build.lower)
-        valid.append(steps.select(height**2, WITHIN**2 * size, ONE, ZERO))
+        valid.append(steps.select(height**2, PLANE**2 * size, ONE, ZERO))
     yaw: Angle | None = None
     if len(build.turns) == 3:
         columns = target.columns(steps, axes, build.frame)
         ahead, up = steps.turned(build.frame, columns[0]), steps.turned(build.frame, columns[2])
         upright = steps.select(ZERO, up[2], ONE, ZERO)
-        valid.append(steps.select(steps.square(up[:2]), WITHIN**2, upright, ZERO))
+        valid.append(steps.select(steps.square(up[:2]), PLANE**2, upright, ZERO))
         yaw = steps.argument(ahead[:2])
     for bend in steps.bend((x, y), build.upper, build.lower, rest_angle(first)):
         angles = [bend.first, bend.second]
@@ -215,9 +215,9 @@ def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, 
     sides = turn_waist(steps, waist, seen, build.depth, _NEAR_AXIS * size, (pointing, beside), start)
     for side, is_left in zip(sides, (True, False), strict=True):
         approach, across = side.left
-        level = steps.select(approach[2] ** 2, WITHIN**2, ONE, ZERO)
+        level = steps.select(approach[2] ** 2, PLANE**2, ONE, ZERO)
         # Where the approach vector has led the waist, the point must lie in that plane too.
-        level = steps.select(side.missed**2, WITHIN**2 * size, level, ZERO)
+        level = steps.select(side.missed**2, PLANE**2 * size, level, ZERO)
         # The hand as the fourth joint leaves it: its x axis along the approach vector, its y axis along axis 2.
         sine = steps.name(steps.name(approach[1] * across[0]) - steps.name(approach[0] * across[1]))
         turn = steps.argument((across[2], sine))

@@ -25,7 +25,9 @@ ALIGNED = sp.Rational(1, 10**20)
 FLAT = sp.Rational(1, 10**14)
 """Squared sines below this are rounding: the arm is stretched or folded."""
 WITHIN = sp.Rational(1, 10**9)
-"""How far outside its limits a joint may be found, in its own unit, and how far a target out of an arm's plane."""
+"""How far outside its limits a joint may be found, in its own unit."""
+PLANE = sp.Rational(1, 10**6)
+"""How far a target may be from what an arm of fewer than six joints can do: radians, or relative to the arm's size."""
 
 ONE, ZERO = sp.S.One, sp.S.Zero
 

@@ -1,0 +1,77 @@
+"""`kinegen inspect`: the family of a robot's closed-form inverse, or what is missing for one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from kinegen.cli.terminal import columns, complain, filled, say, strong
+from kinegen.errors import KinegenError
+
+if TYPE_CHECKING:
+    from kinegen.robot.model import Robot
+    from kinegen.symbolic.inverse.constants import Constant
+    from kinegen.symbolic.inverse.family import Family
+
+_INDENT = "  "
+
+
+@click.command("inspect", short_help="Names the closed-form inverse that an arm has.")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path())
+@click.pass_context
+def command(context: click.Context, files: tuple[str, ...]) -> int:
+    """Names the family of each robot's closed-form inverse, its branches in their order, and its constants.
+
+    The axes of the joints decide, not the convention of the table. Where there is no family, the conditions that fail
+    are listed.
+    """
+    failed = 0
+    for file in files:
+        try:
+            _inspect(file)
+        except KinegenError as error:
+            if len(files) == 1 or context.find_root().params["debug"]:
+                raise
+            complain(f"error: {error}")
+            failed += 1
+    return int(failed > 0)
+
+
+def _inspect(file: str) -> None:
+    from kinegen.robot.load import load
+    from kinegen.symbolic.inverse.family import Family
+    from kinegen.symbolic.inverse.recognise import recognise
+
+    robot = load(file)
+    found = recognise(robot)
+    lines = _family_lines(robot, found) if isinstance(found, Family) else _unknown_lines(found.reasons)
+    say("\n".join([f"{file}: {strong(found.name if isinstance(found, Family) else 'no closed-form inverse')}", *lines]))
+
+
+def _unknown_lines(reasons: tuple[str, ...]) -> list[str]:
+    lines = [line for reason in reasons for line in filled([reason], _INDENT)]
+    return [*lines, f"{_INDENT}The numeric inverse serves every arm."]
+
+
+def _family_lines(robot: Robot, family: Family) -> list[str]:
+    from kinegen.symbolic.inverse.constants import constants
+
+    branches = [f"{_INDENT * 2}{index}  {name}" for index, name in enumerate(family.branches)]
+    rows = [_row(robot, constant) for constant in constants(family)]
+    table = columns(rows, left=frozenset({0, 2})) if rows else []
+    conditions = [line for condition in family.conditions for line in filled([condition], _INDENT * 2)]
+    return [
+        f"{_INDENT}solved for the {family.aim} of the tool",
+        f"{_INDENT}branches",
+        *branches,
+        *([f"{_INDENT}constants", *table] if table else []),
+        f"{_INDENT}targets",
+        *conditions,
+    ]
+
+
+def _row(robot: Robot, constant: Constant) -> tuple[str, str, str]:
+    unit = "deg" if constant.is_angle else robot.units.length
+    runtime = f" (from {', '.join(constant.runtime)})" if constant.runtime else ""
+    return f"{_INDENT * 2}{constant.text}", f"{constant.value:.6g}", f"{unit}{runtime}"
