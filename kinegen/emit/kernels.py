@@ -6,10 +6,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen import __version__
+from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import comment_text
+from kinegen.outputs import Quantity
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Dimension, JointType, Robot
+
+_PARTS = ("batch", "tile", "arrays", "pointers", "expected")
+"""What follows the names of functions in names that C files and extensions need besides."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 
@@ -22,11 +27,28 @@ class Kernels:
         robot: The robot.
         programs: In the order of `Quantity`.
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
+
+    Raises:
+        KinegenError: If two programs would give functions of the same name.
     """
 
     robot: Robot
     programs: tuple[Program, ...]
     defaults: tuple[Fraction, ...]
+
+    def __post_init__(self) -> None:
+        _check_names(self.robot, tuple(program.quantity for program in self.programs))
+
+
+def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:
+    """Refuse quantities whose functions would have one name, such as the pose of a frame called jacobian."""
+    taken: dict[str, Quantity] = {}
+    for quantity in quantities:
+        for name in (quantity.function, *(f"{quantity.function}_{part}" for part in _PARTS)):
+            other = taken.setdefault(name, quantity)
+            if other != quantity:
+                reason = f"outputs '{other}' and '{quantity}' would both be called {name}"
+                raise KinegenError(f"{reason}; build them apart or rename the frame", robot.source)
 
 
 def provenance(robot: Robot) -> str:

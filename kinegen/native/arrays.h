@@ -79,6 +79,14 @@ static int is_dense(PyArrayObject *array, int lead, npy_intp size)
     return 1;
 }
 
+/* Whether an array has no elements, whatever the batch: a vector of no joints, a Jacobian by none. */
+static int is_empty(const Form *form)
+{
+    int empty = 0;
+    for (int i = 0; i < form->rank; ++i) empty |= form->shape[i] == 0;
+    return empty;
+}
+
 /* The number of axes of one configuration in a layout. */
 static int inner_rank(const Form *form, int layout)
 {
@@ -164,14 +172,16 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
     call->single = lead == 0 && layout == LAYOUT_4X4;
     for (int i = 0; i < arrays; ++i) {
         PyArrayObject *const array = (PyArrayObject *)addresses[i];
-        const int is_result = i >= inputs, is_empty = forms[i].rank == 1 && forms[i].shape[0] == 0;
+        const int is_result = i >= inputs;
         if (!fits(array, first, lead, &forms[i], is_result, layout)) return 0;
-        if (is_empty) continue; /* nothing is read of an array without elements */
+        if (is_empty(&forms[i])) { /* nothing is read or written */
+            places[i] = (Place){PyArray_DATA(array), 0, 0};
+            continue;
+        }
         if (!find_place(array, lead, count, size, is_result, layout, &places[i])) return 0;
         if (call->single && !is_dense(array, lead, size)) return 0;
         for (int other = 0; is_result && count != 0 && other < i; ++other) {
-            if (forms[other].rank == 1 && forms[other].shape[0] == 0) continue;
-            if (!are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
+            if (!is_empty(&forms[other]) && !are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
         }
     }
     return 1;

@@ -151,8 +151,8 @@ def _scalar_arguments(interface: Interface, function: Function, real: str) -> st
     parts += [f"const {interface.params(real)} *params"] * bool(interface.parameters)
     for array in function.results:
         outer = f"[{array.blocks}]" if array.per_frame else ""
-        parts.append(f"{real} {array.name}{outer}[{array.stored}]")
-    return ", ".join(parts)
+        parts += [f"{real} {array.name}{outer}[{array.stored}]"] * bool(array.size)
+    return ", ".join(parts) or "void"
 
 
 def _pointers(interface: Interface, function: Function, real: str) -> str:
@@ -166,8 +166,10 @@ def _pointers_definition(interface: Interface, function: Function, real: str) ->
     arguments = [array.name for array in function.inputs if array.size]
     arguments += ["params"] * bool(interface.parameters)
     for array in function.results:
-        arguments.append(f"({real} (*)[{array.stored}]){array.name}" if array.per_frame else array.name)
-    unused = "".join(f"    (void){array.name};\n" for array in function.inputs if not array.size)
+        place = f"({real} (*)[{array.stored}]){array.name}" if array.per_frame else array.name
+        arguments += [place] * bool(array.size)
+    arrays = (*function.inputs, *function.results)
+    unused = "".join(f"    (void){array.name};\n" for array in arrays if not array.size)
     call = f"    {interface.prefix(real)}_{function.name}({', '.join(arguments)});"
     return f"{_pointers(interface, function, real)}\n{{\n{unused}{call}\n}}\n"
 

@@ -15,6 +15,11 @@ def given(program: Program) -> tuple[Array, ...]:
     return tuple(array for array in program.signature.inputs if array.size)
 
 
+def computed(program: Program) -> tuple[Array, ...]:
+    """The results that hold numbers; the Jacobian of a robot without joints does not."""
+    return tuple(array for array in program.signature.results if array.size)
+
+
 def extent_macro(kernels: Kernels, program: Program) -> str:
     """The macro of the number of frames or tips that results count."""
     return macro(kernels.robot.name, "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS")
@@ -43,8 +48,8 @@ def scalar_arguments(kernels: Kernels, program: Program, real: str, *, restrict:
     parts = [f"const {real} {declared(kernels, program, array, qualifier)}" for array in given(program)]
     if kernels.robot.runtime_parameters:
         parts.append(f"const {prefix(kernels.robot.name, real)}_params *{qualifier}params")
-    parts += [f"{real} {declared(kernels, program, array, qualifier)}" for array in program.signature.results]
-    return ", ".join(parts)
+    parts += [f"{real} {declared(kernels, program, array, qualifier)}" for array in computed(program)]
+    return ", ".join(parts) or "void"
 
 
 def scalar_variables(program: Program) -> tuple[str, ...]:
@@ -68,7 +73,7 @@ def block_names(array: Array) -> tuple[str, ...]:
 
 def result_places(program: Program) -> Iterator[tuple[str, ...]]:
     """For each block of each result, where its computed numbers are stored."""
-    for array in program.signature.results:
+    for array in computed(program):
         for name in block_names(array):
             yield tuple(f"{name}[{index}]" for index in range(array.size // array.blocks))
 
@@ -93,7 +98,7 @@ def flat_call(kernels: Kernels, program: Program, real: str, inputs: str, result
     if kernels.robot.runtime_parameters:
         arguments.append(f"&{prefix(kernels.robot.name, real)}_default_params")
     offset = 0
-    for array in program.signature.results:
+    for array in computed(program):
         place = _from(results, offset)
         bracketed = f"({place})" if offset else place
         arguments.append(f"({real} (*)[{array.stored}]){bracketed}" if array.per_frame else place)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.emit.c.arguments import given, tile_variables
+from kinegen.emit.c.arguments import computed, given, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
@@ -35,12 +35,12 @@ class BatchInput:
     Attributes:
         name: Its name.
         size: Numbers that are read for each configuration.
-        stored: Numbers from one configuration to the next where they lie without gaps.
+        finder: Name of the function that finds its tiles.
     """
 
     name: str
     size: int
-    stored: int
+    finder: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +49,13 @@ class BatchResult:
 
     Attributes:
         name: Its name.
-        first: Its first row in the result tile.
+        tile: Its rows of the result tile.
         rows: Computed numbers for each configuration.
         matrices: Matrices for each configuration; 0 where it holds none.
     """
 
     name: str
-    first: int
+    tile: str
     rows: int
     matrices: int
 
@@ -70,8 +70,9 @@ class BatchFunction:
         arguments: Its arguments.
         rows: Computed numbers for each configuration, of all results.
         inputs: What it reads.
-        unused: Arguments for inputs without numbers.
+        unused: Arguments for arrays without numbers.
         results: What it writes.
+        has_matrices: Whether there are matrices among them.
         tile: Name of the function that evaluates a tile.
         tile_arguments: Its arguments.
         tile_values: What is passed for them.
@@ -86,6 +87,7 @@ class BatchFunction:
     inputs: tuple[BatchInput, ...]
     unused: tuple[str, ...]
     results: tuple[BatchResult, ...]
+    has_matrices: bool
     tile: str
     tile_arguments: str
     tile_values: str
@@ -106,7 +108,7 @@ class BatchContext:
     has_matrices: bool
     has_others: bool
     selects: bool
-    inputs: tuple[tuple[int, int], ...]
+    finders: tuple[tuple[str, int, int], ...]
     functions: tuple[BatchFunction, ...]
 
 
@@ -134,7 +136,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         has_matrices=any(result.matrices for function in functions for result in function.results),
         selects=uses(kernels.programs, Operator.SELECT_LT),
         has_others=any(not result.matrices for function in functions for result in function.results),
-        inputs=tuple(sorted({(each.size, each.stored) for function in functions for each in function.inputs})),
+        finders=tuple(sorted({found for program in kernels.programs for found in _finders(program)})),
         functions=functions,
     )
     return {
@@ -177,20 +179,17 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         inputs.append(f"const {params} *params")
         passed.append("params")
     places = [f"t[{row}][i]" for row in range(len(program.outputs))]
+    results = tuple(_results(program))
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     return BatchFunction(
         name=function(kernels.robot.name, program.quantity.function, real, batch=True),
         brief=brief(program.quantity),
         arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
-        inputs=tuple(BatchInput(array.name, array.size, array.stored) for array in given(program)),
-        unused=tuple(
-            argument
-            for array in program.signature.inputs
-            if not array.size
-            for argument in (array.name, *(f"{array.name}_{word}" for word in _STRIDES))
-        ),
-        results=tuple(_results(program)),
+        inputs=tuple(BatchInput(array.name, array.size, _finder(array)) for array in given(program)),
+        unused=tuple(_unused(program, bool(params))),
+        results=results,
+        has_matrices=any(result.matrices for result in results),
         tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
         tile_arguments=", ".join([*inputs, f"{real} (*restrict t)[TILE]"]),
         tile_values=", ".join([*passed, "t"]),
@@ -201,6 +200,31 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
 
 def _results(program: Program) -> Iterator[BatchResult]:
     first = 0
-    for array in program.signature.results:
-        yield BatchResult(array.name, first, array.size, array.blocks if array.is_pose else 0)
+    for array in computed(program):
+        tile = f"results + {first}" if first else "results"
+        yield BatchResult(array.name, tile, array.size, array.blocks if array.is_pose else 0)
         first += array.size
+
+
+def _finders(program: Program) -> Iterator[tuple[str, int, int]]:
+    """The functions that find tiles: name, numbers that are read, numbers from one configuration to the next."""
+    if computed(program):
+        yield from ((_finder(array), array.size, array.stored) for array in given(program))
+
+
+def _finder(array: Array) -> str:
+    return f"find_tile_{array.size}" if array.size == array.stored else f"find_tile_{array.size}_of_{array.stored}"
+
+
+def _unused(program: Program, has_parameters: bool) -> Iterator[str]:
+    """The arguments that the function does not look at: those of empty arrays, or all where all results are."""
+    idle = not computed(program)
+    yield from ("n",) * idle
+    for array in program.signature.inputs:
+        if idle or not array.size:
+            yield from (array.name, *(f"{array.name}_{word}" for word in _STRIDES))
+    yield from ("params",) * (idle and has_parameters)
+    for array in program.signature.results:
+        if not array.size:
+            yield from (array.name, f"{array.name}_stride")
+    yield from ("layout",) * idle

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
-from kinegen.emit.c.arguments import block_names, given, result_places, scalar_arguments, scalar_variables
+from kinegen.emit.c.arguments import block_names, computed, given, result_places, scalar_arguments, scalar_variables
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
@@ -63,7 +63,6 @@ class KernelContext:
     prefix: str
     real: str
     length: str
-    dof: int
     macros: tuple[tuple[str, str], ...]
     joints: tuple[str, ...]
     parameters: tuple[str, ...]
@@ -112,7 +111,6 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         prefix=prefix(robot.name, real),
         real=real.value,
         length=robot.units.length,
-        dof=robot.dof,
         macros=macros(kernels),
         joints=joint_lines(robot),
         parameters=parameter_lines(robot),
@@ -154,7 +152,6 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     text = "\n".join(body)
     reads = [(array.name, f"{array.name}[") for array in given(program)]
     reads += [("params", "params->")] * bool(robot.runtime_parameters)
-    results = program.signature.results
     return Function(
         name=name,
         brief=brief(program.quantity),
@@ -164,7 +161,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         definition=f"void {name}({scalar_arguments(kernels, program, real, restrict=True)})",
         body=body,
         inputs=tuple((array.name, input_text(array)) for array in given(program)),
-        results=tuple((array.name, _shape(kernels, program, array)) for array in results),
+        results=tuple((array.name, _shape(kernels, program, array)) for array in computed(program)),
         unused=tuple(argument for argument, sign in reads if sign not in text),
     )
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 from kinegen.errors import KinegenError
 from kinegen.ir.fixed.sizes import exact_sizes
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.outputs import Quantity
 from kinegen.robot.model import Dimension, JointType, Robot
 
 
@@ -19,6 +20,7 @@ class Kind(StrEnum):
     LENGTH = "length"
 
 
+_COMPUTED = (Quantity.POSE.kind, Quantity.FRAMES.kind, Quantity.POSITION.kind)
 _UNIT = 1.0 + 2.0**-20
 _TRIGONOMETRIC = (Operator.SIN, Operator.COS)
 _SAME_KIND = (Operator.ADD, Operator.SUB, Operator.NEG)
@@ -67,9 +69,12 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
         The kinds, by name.
 
     Raises:
-        KinegenError: If a length follows an angle (a screw), an angle follows a length, a runtime parameter is a plain
+        KinegenError: If the program computes anything but poses and positions, a length follows an angle (a screw), an angle follows a length, a runtime parameter is a plain
             number, lengths are multiplied, anything is divided, or a root, an arc tangent or a selection is made.
     """
+    if program.quantity.kind not in _COMPUTED:
+        reason = f"q30 kernels compute pose, frames and position, not {program.quantity}"
+        raise KinegenError(f"{reason}; build the others apart, without q30", robot.source)
     angles = _angles(program)
     for statement in program.statements:
         _check(robot, statement, angles)
