@@ -1,8 +1,9 @@
 """The expressions of `actuators` in the units of the kernels, exactly.
 
-In a file in degrees everything counts in degrees where an angle is wanted: the value of a revolute joint or of an
-angle reading, and what sine and cosine take; there `asin`, `acos` and `atan2` give degrees, and `pi` is half a turn.
-Everywhere else, as in the length of a linear actuator, angles are in radians, as the kernels have them.
+In a file in degrees everything counts in degrees where an angle or a bare number is wanted: the value of a revolute
+joint, of a reading that is no length, and what sine and cosine take; there `asin`, `acos` and `atan2` give degrees, and
+`pi` is half a turn. Where a length is wanted, as in the table, and inside of other functions, angles are in radians, as
+the kernels have them.
 """
 
 from __future__ import annotations
@@ -44,9 +45,13 @@ class Degrees:
 
     def convert(self, expression: Expression, dimension: Dimension) -> Expression:
         """Convert an expression whose value has some dimension."""
-        if dimension is Dimension.ANGLE:
-            return _scaled(self._in_degrees(expression))
-        return self._plain(expression)
+        match dimension:
+            case Dimension.ANGLE:
+                return _scaled(self._in_degrees(expression))
+            case Dimension.NUMBER:
+                return self._in_degrees(expression)
+            case _:
+                return self._plain(expression)
 
     def _in_degrees(self, expression: Expression) -> Expression:
         """The same number of degrees, with every name in radians."""

@@ -138,16 +138,20 @@ class Drivetrain:
         cosine = sine = None
         match core:
             case sp.acos():
-                cosine = self._written(core.args[0])
-                sine = self._written(sp.sqrt((1 - core.args[0]) * (1 + core.args[0])))
+                cosine, sine = self._halves(core.args[0])
             case sp.asin():
-                sine = self._written(core.args[0])
-                cosine = self._written(sp.sqrt((1 - core.args[0]) * (1 + core.args[0])))
+                sine, cosine = self._halves(core.args[0])
             case sp.atan2():
                 y, x = (self._written(argument) for argument in core.args)
                 distance = self.tape.name(sp.sqrt(self.tape.name(x**2 + y**2)))
                 cosine, sine = self.tape.name(x / distance), self.tape.name(y / distance)
         return self._keep(value, cosine, sine, rates)
+
+    def _halves(self, value: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+        """A cosine and its sine, by half the angle, so that both are NaN where the cosine is none."""
+        cosine = self._written(value)
+        near, far = (self.tape.name(sp.sqrt(self.tape.name(square))) for square in (1 + cosine, 1 - cosine))
+        return self.tape.name((near**2 - far**2) / 2), self.tape.name(near * far)
 
     def _written(self, expression: sp.Expr) -> sp.Expr:
         return self.tape.name(write(expression, self.tape))

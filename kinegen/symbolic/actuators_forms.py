@@ -47,10 +47,11 @@ def triangle(tape: Tape, sides: tuple[sp.Expr, sp.Expr], length: sp.Expr) -> Tur
     """
     a, b = sides
     l = tape.name(length)
-    inner = tape.name(sp.sqrt(tape.name(l - (a - b)))) * tape.name(sp.sqrt(tape.name(l + (a - b))))
+    inner = tape.name(tape.name(sp.sqrt(tape.name(l - (a - b)))) * tape.name(sp.sqrt(tape.name(l + (a - b)))))
     outer = tape.name(sp.sqrt(tape.name((a + b - l) * (a + b + l))))
     area = tape.name(inner * outer)
-    along = tape.name(a**2 + b**2 - l**2)
+    # The difference of these squares, unlike that of the sides, is NaN where the three do not close.
+    along = tape.name((outer**2 - inner**2) / 2)
     angle = tape.name(sp.atan2(area, along, evaluate=False))
     return Turned(angle, tape.name(along / (2 * a * b)), tape.name(area / (2 * a * b)), tape.name(2 * l / area))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from kinegen.emit.actuators import ARRAY as ACTUATORS
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.program import Program
 from kinegen.naming import macro, prefix
@@ -37,7 +38,9 @@ def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = 
     if array.per_frame:
         return f"{array.name}[{qualifier}{extent_macro(kernels, program)}][{array.stored}]"
     size = f"{array.stored}"
-    if array.shape == (kernels.robot.dof,) and array in program.signature.inputs:
+    if array.name == ACTUATORS:
+        size = macro(kernels.robot.name, "ACTUATORS")
+    elif array.shape == (kernels.robot.dof,) and array in program.signature.inputs:
         size = macro(kernels.robot.name, "DOF")
     return f"{array.name}[{qualifier}{size}]"
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
+from kinegen.emit.actuators import actuator_lines, actuator_names
 from kinegen.emit.c.arguments import block_names, computed, given, result_places, scalar_arguments, scalar_variables
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
@@ -65,6 +66,7 @@ class KernelContext:
     length: str
     macros: tuple[tuple[str, str], ...]
     joints: tuple[str, ...]
+    actuators: tuple[str, ...]
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
@@ -113,6 +115,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         length=robot.units.length,
         macros=macros(kernels),
         joints=joint_lines(robot),
+        actuators=actuator_lines(kernels),
         parameters=parameter_lines(robot),
         parameter_names=names,
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
@@ -138,6 +141,10 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
         if program.quantity.kind is Kind.FRAMES:
             found.append((macro(robot.name, "FRAMES"), f"{len(program.frames)}"))
             found += [(macro(robot.name, f"FRAME_{frame}"), f"{i}") for i, frame in enumerate(program.frames)]
+    actuators = actuator_names(kernels)
+    if actuators:
+        found.append((macro(robot.name, "ACTUATORS"), f"{len(actuators)}"))
+        found += [(macro(robot.name, f"ACTUATOR_{name}"), f"{index}") for index, name in enumerate(actuators)]
     varied = varied_names(kernels)
     if varied:
         found.append((macro(robot.name, "PARAMETERS"), f"{len(varied)}"))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 
+from kinegen.emit.actuators import actuator_lines, actuator_names, actuator_units, has_actuators
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
@@ -15,6 +17,7 @@ from kinegen.emit.words import brief
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
 from kinegen.outputs import Array, Kind
+from kinegen.robot.actuators_extent import reading_ranges
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 
 LINE = 120
@@ -25,6 +28,9 @@ RUNTIME = ("_kernel.py", "_engines.py")
 
 MEASURES = "_measures.py"
 """What is copied besides where there are Jacobians."""
+
+ACTUATORS = "_actuators.py"
+"""What is copied besides where kernels take or give readings of actuators."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
@@ -65,6 +71,8 @@ class PackageContext:
     joints: tuple[str, ...]
     joint_names: tuple[str, ...]
     limits: tuple[str, ...]
+    actuators: tuple[tuple[str, str, str], ...]
+    actuator_lines: tuple[str, ...]
     frames: tuple[str, ...]
     tips: tuple[str, ...]
     varied: tuple[str, ...]
@@ -100,6 +108,8 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         joints=joint_lines(robot),
         joint_names=_quoted(variable.name for variable in robot.variables),
         limits=tuple(_limits(variable.limits) for variable in robot.variables),
+        actuators=_actuators(kernels),
+        actuator_lines=actuator_lines(kernels),
         frames=_quoted(robot.frame_names) if has_frames else (),
         tips=_quoted(robot.tips) if robot.is_tree else (),
         varied=_quoted(map(python_identifier, varied_names(kernels))),
@@ -113,7 +123,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
-    files = (*RUNTIME, MEASURES) if context.has_jacobians else RUNTIME
+    files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
@@ -135,6 +145,7 @@ def _exported(
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
+    names += ["ACTUATORS", "ACTUATOR_RANGES", "check_actuators"] * has_actuators(kernels)
     return tuple(sorted(names, key=_export_key))
 
 
@@ -182,6 +193,18 @@ def _limits(limits: tuple[Expression, Expression] | None) -> str:
         return "None"
     low, high = (evaluate(bound, {}, _FLOATS) for bound in limits)
     return f"({low!r}, {high!r})"
+
+
+def _actuators(kernels: Kernels) -> tuple[tuple[str, str, str], ...]:
+    """Name, range and unit of each actuator as Python text."""
+    names = _quoted(actuator_names(kernels))
+    ranges = [f"({_bound(low)}, {_bound(high)})" for low, high in reading_ranges(kernels.robot)]
+    units = _quoted(actuator_units(kernels.robot))
+    return tuple(zip(names, ranges, units, strict=True)) if names else ()
+
+
+def _bound(value: float) -> str:
+    return repr(value) if math.isfinite(value) else f"float({str(value)!r})".replace("'", '"')
 
 
 def _quoted(items: Iterable[str]) -> tuple[str, ...]:

@@ -1,0 +1,61 @@
+"""What the actuators of a robot can read. It needs NumPy alone."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class ReadingCheck:
+    """Refuses readings that no actuator can have, so that a kernel is not asked for what comes out as NaN.
+
+    What passes comes back, and goes to a kernel: `fk_actuators(check_actuators(readings))`.
+
+    Args:
+        names: Names of the actuators, in the order of the actuator vector.
+        ranges: Lowest and highest reading of each, infinite where there is none.
+        units: Unit of each; empty for a bare number.
+    """
+
+    def __init__(self, names: tuple[str, ...], ranges: tuple[tuple[float, float], ...], units: tuple[str, ...]) -> None:
+        self._names, self._ranges, self._units = names, ranges, units
+
+    def __call__(self, actuators: ArrayLike) -> NDArray[Any]:
+        """Check one actuator vector or a batch.
+
+        Args:
+            actuators: Readings, shape (..., number of actuators).
+
+        Returns:
+            The same readings as an array.
+
+        Raises:
+            ValueError: If one of them is out of range or no number, naming the first such actuator; or if the shape is
+                another.
+            TypeError: If they are no real numbers.
+        """
+        array = np.asarray(actuators)
+        if array.dtype.kind not in "fiub":
+            raise TypeError(f"actuators is of type {array.dtype}, expected plain real numbers")
+        if array.shape[-1:] != (len(self._names),):
+            raise ValueError(f"actuators has shape {array.shape}, expected (..., {len(self._names)})")
+        # A bound in single precision is no tighter for readings in single precision.
+        kind = array.dtype if array.dtype.kind == "f" else np.dtype(float)
+        low, high = np.asarray(self._ranges, dtype=kind).T
+        outside = ~((array >= low) & (array <= high))
+        if outside.any():
+            self._refuse(array, tuple(int(entry) for entry in np.argwhere(outside)[0]))
+        return array
+
+    def _refuse(self, array: NDArray[Any], place: tuple[int, ...]) -> None:
+        index = place[-1]
+        unit = f" {self._units[index]}" if self._units[index] else ""
+        low, high = self._ranges[index]
+        where = f" at [{', '.join(map(str, place[:-1]))}]" if len(place) > 1 else ""
+        found = f"actuator '{self._names[index]}' reads {array[place]:.6g}{unit}{where}"
+        if math.isinf(low) and math.isinf(high):
+            raise ValueError(f"{found}, which is no finite number")
+        raise ValueError(f"{found}; it goes from {low:.6g} to {high:.6g}{unit}")
