@@ -122,7 +122,7 @@ BREAKS = {
     "the rest of a batch, which fills no tile": (
         "emit_batch",
         ".c",
-        first(r"copy\[joint\]\[i\] = from\[i \* q_pose\]", r"\g<0> + 1e-6"),
+        first(r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> + 1e-6"),
         Real.DOUBLE,
         "C double, batch",
     ),
