@@ -8,7 +8,8 @@ from collections.abc import Iterable
 
 from kinegen.build import BuildResult, Stage
 from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
-from kinegen.outputs import Quantity
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.model import Robot
 from kinegen.verify.proof import Comparison
 from kinegen.write import Written
 
@@ -119,12 +120,20 @@ def _worst_lines(result: BuildResult) -> list[str]:
         if not group:
             continue
         worst = max(group, key=_share)
-        names = [variable.name for variable in result.robot.variables]
-        place = [f"{name} {value:.6g}" for name, value in zip(names, worst.worst, strict=True)]
+        names = _input_names(result.robot, worst.quantity)
+        # Kernels that are given a pose have no such numbers.
+        place = [f"{name} {value:.6g}" for name, value in zip(names, worst.worst, strict=False)]
         at = ", at" if place else ""
         lines.append(f"{_INDENT}worst {real}: {worst.quantity} of {worst.frame}, {worst.target}{at}")
         lines += filled(place, _INDENT * 2)
     return lines
+
+
+def _input_names(robot: Robot, quantity: Quantity) -> list[str]:
+    """What the numbers that a kernel is given are called."""
+    driven = (Kind.ACTUATORS_TO_JOINTS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
+    given = robot.actuators.readings if quantity.kind in driven else robot.variables
+    return [each.name for each in given]
 
 
 def _share(comparison: Comparison) -> float:
