@@ -33,7 +33,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import NUMERIC_INVERSE, USUAL, Quantity, with_needed
 from kinegen.robot.calibrated import calibrated
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
@@ -163,7 +163,9 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         robot = _load(path, options)
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     with clock.stage("derive") as detail:
-        expressions = [derive(robot, quantity) for quantity in options.quantities]
+        quantities = with_needed(options.quantities)
+        searches = NUMERIC_INVERSE in options.quantities
+        expressions = [derive(robot, quantity) for quantity in quantities]
         plain = derive_plain(robot)
         detail.append(", ".join(map(str, options.quantities)))
     with clock.stage("lower") as detail:
@@ -171,7 +173,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         plain_count = count(lower(plain))
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
     with clock.stage("emit") as detail:
-        kernels = Kernels(robot, programs, runtime_defaults(robot))
+        kernels = Kernels(robot, programs, runtime_defaults(robot), searches)
         emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
         project = _project(kernels, emitted, options)
         integers = _integers(kernels, path) if options.integers else None
@@ -181,7 +183,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
         contents = _contents(emitted, extension, integers)
-        proof, backend, known = proof_of(robot, contents, options.quantities, tuple(map(str, options.reals)))
+        proof, backend, known = proof_of(robot, contents, quantities, tuple(map(str, options.reals)))
         proof, reasons = _prove_integers(proof, integers, options)
         detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
         detail.extend(["proved before"] * known)
@@ -219,7 +221,8 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
         KinegenError: If the file is bad.
     """
     robot = load(path)
-    return Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), runtime_defaults(robot))
+    programs = tuple(lower(derive(robot, quantity)) for quantity in with_needed(quantities))
+    return Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in quantities)
 
 
 def _load(path: Path, options: BuildOptions) -> Robot:

@@ -75,6 +75,7 @@ class Kind(StrEnum):
     JOINTS_TO_ACTUATORS = "joints_to_actuators"
     FK_ACTUATORS = "fk_actuators"
     JACOBIAN_ACTUATORS = "jacobian_actuators"
+    NUMERIC_INVERSE = "numeric_inverse"
 
 
 class Reference(StrEnum):
@@ -105,6 +106,7 @@ _FRAMELESS = (
     Kind.INVERSE,
     Kind.ACTUATORS_TO_JOINTS,
     Kind.JOINTS_TO_ACTUATORS,
+    Kind.NUMERIC_INVERSE,
 )
 
 
@@ -154,6 +156,10 @@ Quantity.POSE = Quantity(Kind.POSE)
 Quantity.FRAMES = Quantity(Kind.FRAMES)
 Quantity.POSITION = Quantity(Kind.POSITION)
 
+POSE_AND_JACOBIAN = Quantity(Kind.FK_JACOBIAN)
+NUMERIC_INVERSE = Quantity(Kind.NUMERIC_INVERSE)
+"""A search on the kernel of pose and Jacobian; it has no program of its own."""
+
 USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
 """What is built where nothing else is asked for."""
 
@@ -199,6 +205,13 @@ def parse_quantity(text: str) -> Quantity:
         reason = f"'{stem}' is not computed for a single frame" if frame else "the name of a frame is missing after @"
         raise KinegenError(f"{text}: {reason}")
     return Quantity(quantity.kind, quantity.reference, frame)
+
+
+def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    """The quantities that have programs, with those that others are built on."""
+    programs = tuple(quantity for quantity in quantities if quantity != NUMERIC_INVERSE)
+    missing = NUMERIC_INVERSE in quantities and POSE_AND_JACOBIAN not in programs
+    return (*programs, POSE_AND_JACOBIAN) if missing else programs
 
 
 def every_quantity() -> tuple[Quantity, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.c.vectors import Vectors, emit_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
@@ -44,6 +45,8 @@ def emit_files(kernels: Kernels, reals: tuple[Real, ...], vectors: Vectors) -> E
     sources: dict[str, str] = {}
     for real in reals:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
+        if kernels.numeric_inverse:
+            sources |= emit_numeric_inverse(kernels, real)
     files = dict(sources)
     for real in reals:
         files |= emit_vectors(kernels, vectors, real)

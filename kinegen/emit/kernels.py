@@ -27,17 +27,22 @@ class Kernels:
         robot: The robot.
         programs: In the order of `Quantity`.
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
+        numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
 
     Raises:
-        KinegenError: If two programs would give functions of the same name.
+        KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
     """
 
     robot: Robot
     programs: tuple[Program, ...]
     defaults: tuple[Fraction, ...]
+    numeric_inverse: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
+        if self.numeric_inverse and (self.robot.is_tree or not self.robot.dof):
+            reason = "it has several tips" if self.robot.is_tree else "it has no joints"
+            raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

@@ -19,6 +19,9 @@ _WIDE = ("-mprefer-vector-width=512",)
 # straight code (`vfmaddsub`). Batch kernels compute in loops, which it leaves as they are.
 _STRAIGHT = ("-fno-tree-slp-vectorize",)
 
+# Kernels then take square roots from the processor, with the bits of their own in a fifth of the time.
+_ROOTS = "-fno-math-errno"
+
 
 @dataclass(frozen=True, slots=True)
 class Variant:
@@ -96,7 +99,8 @@ class Flags:
         straight = _STRAIGHT if not self.contraction and not batch else ()
         wide = _WIDE if batch and self.march is not None and not self.portable and _machine() in _X86 else ()
         contraction = f"-ffp-contract={'fast' if self.contraction else 'off'}"
-        return ("-std=c99", f"-O{self.optimisation}", contraction, *straight, *self._target(), *wide, *self.extra)
+        plain = ("-std=c99", f"-O{self.optimisation}", contraction, _ROOTS)
+        return (*plain, *straight, *self._target(), *wide, *self.extra)
 
     def _target(self) -> tuple[str, ...]:
         if self.portable:

@@ -53,12 +53,14 @@ class Interface:
         functions: The kernels.
         reals: `double`, `float` or both, in this order.
         parameters: Names of the runtime parameters, in the order of the C struct.
+        numeric_inverse: Whether it offers the search for joint values.
     """
 
     symbol: str
     functions: tuple[Function, ...]
     reals: tuple[str, ...]
     parameters: tuple[str, ...] = ()
+    numeric_inverse: bool = False
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""
@@ -115,12 +117,13 @@ def batch_arguments(interface: Interface, function: Function, real: str) -> tupl
     return c_batch_arguments(function.inputs, function.results, real, interface.params(real))
 
 
-def glue(interface: Interface, digest: str) -> dict[str, str]:
+def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[str, str]:
     """The C that stands between the kernels and Python.
 
     Args:
         interface: The robot's interface.
         digest: What `stamp_of` says of the emitted sources.
+        more: Declarations of what else the extension has.
 
     Returns:
         C text by file name, to be compiled beside the emitted files.
@@ -128,7 +131,7 @@ def glue(interface: Interface, digest: str) -> dict[str, str]:
     arrays = resources.files("kinegen.native").joinpath("arrays.h").read_text(encoding="utf-8")
     own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
     own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
-    header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own]
+    header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own, *more]
     # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
     parts = [f'#include "{HEADER}"', '#include "arrays.h"', ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]

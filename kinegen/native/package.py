@@ -16,6 +16,7 @@ from kinegen.native.compile import Extension, compile_extension
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
+from kinegen.native.search import search_declarations, search_glue
 
 _numbers = itertools.count()
 
@@ -36,6 +37,7 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         ),
         reals=tuple(real.value for real in reals),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
+        numeric_inverse=kernels.numeric_inverse,
     )
 
 
@@ -58,10 +60,13 @@ def build_extension(
     """
     flags = flags or Flags()
     kernels = {**sources, **dispatch(interface, flags)}
+    more = search_declarations(interface) if interface.numeric_inverse else ()
+    if interface.numeric_inverse:
+        kernels |= search_glue(interface)
     return compile_extension(
-        {**kernels, **glue(interface, stamp_of(sources))},
+        {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),
-        declarations(interface),
+        declarations(interface) + "".join(f"{line}\n" for line in more),
         f"{interface.symbol}._native",
         place=flags.place,
         cache=cache,

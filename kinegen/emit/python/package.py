@@ -9,28 +9,38 @@ from dataclasses import dataclass
 from importlib import resources
 
 from kinegen.emit.actuators import actuator_lines, actuator_names, actuator_units, has_actuators
+from kinegen.emit.c.numeric_inverse import tolerances
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
+from kinegen.emit.inverse import Branches, branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import Array, Kind
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Kind
 from kinegen.robot.actuators_extent import reading_ranges
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.model import JointType
 
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py")
+RUNTIME = ("_kernel.py", "_engines.py", "_threads.py")
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"
 """What is copied besides where there are Jacobians."""
 
+NUMERIC = ("_numeric_inverse.py", "_targets.py")
+"""What is copied besides for the search for joint values."""
+
 ACTUATORS = "_actuators.py"
 """What is copied besides where kernels take or give readings of actuators."""
+
+INVERSE = ("_inverse.py", "_targets.py")
+"""What is copied besides where there is a closed-form inverse."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
@@ -45,18 +55,41 @@ class PublicKernel:
         brief: What it computes.
         inputs: What it is given, as Python text.
         results: What it gives, as Python text.
-        type: The type of its result.
         relation: The shapes of inputs and results in words.
         operations: What a configuration costs.
+        wrapper: The class that it is an object of, with its type.
+        notes: More lines of its docstring.
+        options: More arguments of its constructor, as Python text.
     """
 
     name: str
     brief: str
     inputs: str
     results: str
-    type: str
     relation: str
     operations: str
+    wrapper: str
+    notes: tuple[str, ...]
+    options: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Numeric:
+    """The search for joint values.
+
+    Attributes:
+        name: Its name in the module.
+        kernel: Name of the kernel it searches on.
+        joints: Where each joint may stand, as Python text.
+        reach: What a position error is compared with.
+        tolerances: Accepted errors for float64 and for float32, as Python text.
+    """
+
+    name: str
+    kernel: str
+    joints: tuple[str, ...]
+    reach: str
+    tolerances: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +108,14 @@ class PackageContext:
     actuator_lines: tuple[str, ...]
     frames: tuple[str, ...]
     tips: tuple[str, ...]
+    branches: tuple[str, ...]
     varied: tuple[str, ...]
     parameters: tuple[tuple[str, str], ...]
     kernels: tuple[PublicKernel, ...]
     reals: str
+    plain: bool
     has_jacobians: bool
+    numeric_inverse: Numeric | None
     stamp: str
     exported: tuple[str, ...]
 
@@ -96,7 +132,8 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         Text by file name.
     """
     robot = kernels.robot
-    functions = tuple(_public(program) for program in kernels.programs)
+    branches = branches_of(kernels)
+    functions = tuple(_public(program, branches) for program in kernels.programs)
     has_jacobians = any(array.name == "jacobian" for program in kernels.programs for array in program.signature.results)
     has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
     context = PackageContext(
@@ -112,6 +149,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         actuator_lines=actuator_lines(kernels),
         frames=_quoted(robot.frame_names) if has_frames else (),
         tips=_quoted(robot.tips) if robot.is_tree else (),
+        branches=_quoted(branches.names) if branches else (),
         varied=_quoted(map(python_identifier, varied_names(kernels))),
         parameters=tuple(
             (python_identifier(parameter.name), Real.DOUBLE.literal(value))
@@ -119,11 +157,15 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         ),
         kernels=functions,
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
+        plain=any("[" in function.wrapper for function in functions),
         has_jacobians=has_jacobians,
+        numeric_inverse=_numeric(kernels) if kernels.numeric_inverse else None,
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
     files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
+    files += INVERSE * bool(context.branches)
+    files += NUMERIC * kernels.numeric_inverse
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
@@ -145,7 +187,9 @@ def _exported(
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
+    names += ["BRANCHES"] * any(function.options for function in functions)
     names += ["ACTUATORS", "ACTUATOR_RANGES", "check_actuators"] * has_actuators(kernels)
+    names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
     return tuple(sorted(names, key=_export_key))
 
 
@@ -154,7 +198,7 @@ def _export_key(name: str) -> tuple[int, str]:
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
 
 
-def _public(program: Program) -> PublicKernel:
+def _public(program: Program, branches: Branches | None) -> PublicKernel:
     results = program.signature.results
     order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
     several = f", in the order of `{order}`" if any(array.per_frame for array in results) else ""
@@ -163,14 +207,18 @@ def _public(program: Program) -> PublicKernel:
         gives = _batch_shape(results[0])
     else:
         gives = " and ".join(f"{array.name} {_batch_shape(array)}" for array in results)
+    kind = "Floats" if len(results) == 1 else f"tuple[{', '.join(['Floats'] * len(results))}]"
+    inverse = branches if program.quantity.kind is Kind.INVERSE else None
     return PublicKernel(
         name=program.quantity.function,
         brief=brief(program.quantity),
         inputs=_arrays(program.signature.inputs),
         results=_arrays(results),
-        type="Floats" if len(results) == 1 else f"tuple[{', '.join(['Floats'] * len(results))}]",
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
+        wrapper="Inverse" if inverse else f"Kernel[{kind}]",
+        notes=branch_lines(inverse) if inverse else (),
+        options=("limits=LIMITS", f"turns=({_items(map(_bound, inverse.turns))})") if inverse else (),
     )
 
 
@@ -182,6 +230,12 @@ def _arrays(arrays: tuple[Array, ...]) -> str:
 
 def _tuple(shape: tuple[int, ...]) -> str:
     return f"({shape[0]},)" if len(shape) == 1 else f"({', '.join(map(str, shape))})"
+
+
+def _items(items: Iterable[str]) -> str:
+    """The inside of a tuple."""
+    listed = list(items)
+    return f"{listed[0]}," if len(listed) == 1 else ", ".join(listed)
 
 
 def _batch_shape(array: Array) -> str:
@@ -201,6 +255,22 @@ def _actuators(kernels: Kernels) -> tuple[tuple[str, str, str], ...]:
     ranges = [f"({_bound(low)}, {_bound(high)})" for low, high in reading_ranges(kernels.robot)]
     units = _quoted(actuator_units(kernels.robot))
     return tuple(zip(names, ranges, units, strict=True)) if names else ()
+
+
+def _numeric(kernels: Kernels) -> Numeric:
+    robot = kernels.robot
+    accepted = [tuple(map(float, tolerances(robot, real))) for real in (Real.DOUBLE, Real.FLOAT)]
+    return Numeric(
+        name=NUMERIC_INVERSE.function,
+        kernel=POSE_AND_JACOBIAN.function,
+        joints=tuple(
+            f"Joint({float(low)!r}, {float(high)!r}, {variable.limits is not None}, "
+            f"{variable.type is not JointType.PRISMATIC})"
+            for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True)
+        ),
+        reach=repr(float(reach(robot, robot.tips))),
+        tolerances=repr(tuple(accepted)),
+    )
 
 
 def _bound(value: float) -> str:

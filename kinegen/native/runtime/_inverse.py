@@ -10,11 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Floats
 from ._kernel import Kernel, Layout
+from ._targets import checked_targets
 
 Truths = NDArray[np.bool_]
-
-_ACCEPTED = {4: 1e-5, 8: 1e-6}
-"""How far R^T R may be from the identity, by the bytes of a number."""
 
 
 class Inverse(Kernel[tuple[Floats, Truths]]):
@@ -62,7 +60,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             layout: As for a kernel.
             nearest: A joint vector, or one for each target: of the valid solutions the one that is nearest to it is
                 chosen, the squares of all differences added, with whole turns added where the limits allow.
-            check: Whether to see that targets are poses.
+            check: Whether to see that targets are poses; those of the layout joint_major are taken as they are.
 
         Returns:
             Solutions (..., branches, joints), and which of them are valid (..., branches). With `nearest` one solution
@@ -71,8 +69,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         Raises:
             ValueError: If a target is no pose: not finite, not a rotation, reflected, or of another shape.
         """
-        if check and len(inputs) == 1:
-            self._check(inputs[0], layout)
+        if check and layout == "4x4" and len(inputs) == 1:
+            checked_targets(self.__name__, inputs[0])
         if nearest is not None and (out is not None or layout == "joint_major"):
             raise ValueError(f"{self.__name__}: nearest goes with neither out nor the layout joint_major")
         results = super().__call__(*inputs, params=params, out=out, threads=threads, layout=layout)
@@ -80,32 +78,6 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             return results
         solutions, valid = results[0], results[1] != 0
         return (solutions, valid) if nearest is None else self._nearest(solutions, valid, nearest)
-
-    def _check(self, target: ArrayLike, layout: Layout) -> None:
-        """Refuse what is no pose; shapes and types are the kernel's to refuse."""
-        array = np.asarray(target)
-        if layout == "joint_major":
-            array = array.T.reshape(-1, 3, 4) if array.ndim == 2 and len(array) == 12 else array[:0]
-        if array.dtype.kind not in "fiub" or array.shape[-2:] not in ((4, 4), (3, 4)):
-            return
-        finite = np.isfinite(array).all(axis=(-2, -1))
-        self._refuse(~finite, "holds a number that is not finite")
-        rotation = array[..., :3, :3].astype(np.float64)
-        apart = np.abs(rotation.swapaxes(-2, -1) @ rotation - np.eye(3)).max(axis=(-2, -1), initial=0.0)
-        accepted = _ACCEPTED[4 if array.dtype.kind == "f" and array.dtype.itemsize <= 4 else 8]
-        worst = f"{apart.max(initial=0.0):.2g}"
-        self._refuse(apart > accepted, f"is no rotation: R^T R differs from the identity by up to {worst}")
-        self._refuse(np.linalg.det(rotation) < 0, "is reflected: the determinant of its rotation is -1")
-        if array.shape[-2] == 4:
-            bottom = np.abs(array[..., 3, :] - np.array([0, 0, 0, 1])).max(axis=-1, initial=0.0)
-            self._refuse(bottom > accepted, "is no pose: its last row is not 0 0 0 1")
-
-    def _refuse(self, wrong: Truths, reason: str) -> None:
-        if np.any(wrong):
-            places = np.argwhere(wrong)
-            where = f" at [{', '.join(map(str, places[0]))}]" if wrong.ndim else ""
-            more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
-            raise ValueError(f"{self.__name__}: {self.inputs[0].name}{where}{more} {reason}")
 
     def _nearest(self, solutions: Floats, valid: Truths, nearest: ArrayLike) -> tuple[Floats, Truths]:
         wanted = np.asarray(nearest, dtype=solutions.dtype)

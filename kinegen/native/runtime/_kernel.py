@@ -10,11 +10,7 @@ built for double alone rounds its results for float32; one built for float alone
 from __future__ import annotations
 
 import math
-import operator
-import os
-import threading
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import Any, Generic, Literal, TypeVar, cast
 
@@ -22,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Compiled, Floats, Formula
+from ._threads import spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
 Result = TypeVar("Result")
@@ -29,9 +26,6 @@ Result = TypeVar("Result")
 _LAYOUTS = ("4x4", "3x4", "joint_major")
 _SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, numbers that go to C at once
 _ndarray, _empty = np.ndarray, np.empty
-_pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
 
 
 class Kernel(Generic[Result]):
@@ -173,7 +167,7 @@ class Kernel(Generic[Result]):
             known = _LAYOUTS if any(each.is_pose for each in self.results) else _LAYOUTS[::2]
             raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {known})")
         arrays = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs, strict=True)]
-        workers, lead = _workers(threads), self._lead(arrays, layout)
+        workers, lead = workers_for(threads), self._lead(arrays, layout)
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
@@ -192,7 +186,7 @@ class Kernel(Generic[Result]):
             blocks = workers * -(-count // (self._engine.block * workers))
             real = dtype if dtype in self._reals else self._reals[0]
             fill = partial(self._engine.fill, params, real, _LAYOUTS.index(layout))
-            _spread(fill, _blocks(whole, len(lead), -(-count // blocks)), workers)
+            spread(fill, _blocks(whole, len(lead), -(-count // blocks)), workers)
         return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
@@ -269,13 +263,6 @@ class Kernel(Generic[Result]):
                     raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
 
 
-def _workers(threads: int) -> int:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if operator.index(threads) < 0:
-        raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
-    return min(threads or cores, 4 * cores)
-
-
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
     effort: Any = 10_000  # the exact answer can take for ever
     try:
@@ -297,29 +284,3 @@ def _blocks(arrays: Sequence[NDArray[Any]], lead: int, limit: int) -> Generator[
         step = limit // inner
         for start in range(0, len(first), step):
             yield lead, [array[start : start + step] for array in arrays]
-
-
-def _spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
-    """Work through the blocks, without NumPy's warnings, the caller together with helpers from the pool."""
-    lock = threading.Lock()
-    pool = _pools.get("") or _pools.setdefault("", ThreadPoolExecutor(os.cpu_count(), "kinegen"))
-
-    def drain() -> None:
-        while True:
-            with lock:
-                block = next(blocks, None)
-            if block is None:
-                return
-            with np.errstate(all="ignore"):
-                work(*block)
-
-    helpers: list[Future[None]] = []
-    try:
-        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
-        drain()
-    finally:
-        with lock:
-            blocks.close()
-        for helper in helpers:
-            if not helper.cancel():
-                helper.result()

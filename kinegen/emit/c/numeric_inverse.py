@@ -1,0 +1,164 @@
+"""The numeric inverse: `puma560_numeric_inverse.h` and `.c`, a search on the kernel of pose and Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+
+from kinegen.emit.environment import environment
+from kinegen.emit.functions import ROUTINES, Routine
+from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Operator
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
+from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.model import JointType, Robot
+
+TOLERANCES = {Real.DOUBLE: Fraction(1, 10**9), Real.FLOAT: Fraction(1, 10**5)}
+"""Accepted errors by default: of a rotation in radians, of a position as a part of the reach."""
+
+MOST_RESTARTS = 16
+"""From this restart on the number of random joint vectors stays the same."""
+
+_SAMPLES = 20
+_PI = Fraction(3.141592653589793)
+
+
+@dataclass(frozen=True, slots=True)
+class SolverContext:
+    """What the templates `c/numeric_inverse.h.jinja` and `c/numeric_inverse.c.jinja` are given."""
+
+    header: str
+    source: str
+    kernel_header: str
+    guard: str
+    provenance: str
+    title: str
+    description: str
+    prefix: str
+    real: str
+    format: str
+    length: str
+    dof: int
+    function: str
+    kernel: str
+    arguments: str
+    parameters: bool
+    pass_params: str
+    pass_params_declaration: str
+    routines: tuple[Routine, ...]
+    lowest: str
+    highest: str
+    is_limited: str
+    is_angle: str
+    tolerances: str
+    position_tolerance: str
+    rotation_tolerance: str
+    length_weight: str
+    margin: str
+    damping: str
+    least_damping: str
+    longest_step: str
+    per_draw: str
+    half: str
+    half_turn: str
+    turn: str
+    huge: str
+    most_restarts: int
+    most_samples: int
+
+
+def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
+    """Print the search for joint values, of one number type.
+
+    Args:
+        kernels: The robot and its programs, the pose with its Jacobian among them.
+        real: The number type.
+
+    Returns:
+        The header and the source, by file name.
+    """
+    context = _context(kernels, real)
+    return {
+        name: environment().get_template(template).render(k=context, prefix=context.prefix, qualifier="static")
+        for name, template in (
+            (context.header, "c/numeric_inverse.h.jinja"),
+            (context.source, "c/numeric_inverse.c.jinja"),
+        )
+    }
+
+
+def _context(kernels: Kernels, real: Real) -> SolverContext:
+    robot = kernels.robot
+    stem = prefix(robot.name, real)
+    header, source = (f"{stem}_{NUMERIC_INVERSE.function}.{suffix}" for suffix in "hc")
+    box = joint_box(robot)
+    position, rotation = tolerances(robot, real)
+    parameters = bool(robot.runtime_parameters)
+    return SolverContext(
+        header=header,
+        source=source,
+        kernel_header=c_file(robot.name, "h", real),
+        guard=guard(header),
+        provenance=provenance(robot),
+        title=f"Numeric inverse kinematics of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
+        description=comment_text(robot.description),
+        prefix=stem,
+        real=real.value,
+        format="f64" if real is Real.DOUBLE else "f32",
+        length=robot.units.length,
+        dof=robot.dof,
+        function=function(robot.name, NUMERIC_INVERSE.function, real),
+        kernel=function(robot.name, POSE_AND_JACOBIAN.function, real),
+        arguments=_arguments(kernels, real),
+        parameters=parameters,
+        pass_params=" params," if parameters else "",
+        pass_params_declaration=f" const {stem}_params *params," if parameters else "",
+        routines=tuple(ROUTINES[real][operator] for operator in (Operator.SQRT, Operator.ATAN2)),
+        lowest=_array(real.literal(Fraction(low)) for low, _ in box),
+        highest=_array(real.literal(Fraction(high)) for _, high in box),
+        is_limited=_array(f"{int(variable.limits is not None)}" for variable in robot.variables),
+        is_angle=_array(f"{int(variable.type is not JointType.PRISMATIC)}" for variable in robot.variables),
+        tolerances=f"{float(position):.0e} {robot.units.length} and {float(rotation):.0e} rad",
+        position_tolerance=real.literal(position),
+        rotation_tolerance=real.literal(rotation),
+        length_weight=real.literal(3 / Fraction(reach(robot, robot.tips))),
+        margin=real.literal(Fraction(2, 5)),
+        damping=real.literal(Fraction(1, 10)),
+        least_damping=real.literal(Fraction(1, 10**12) if real is Real.DOUBLE else Fraction(1, 10**7)),
+        longest_step=real.literal(Fraction(4, 5)),
+        per_draw=real.literal(Fraction(1, 2**24)),
+        half=real.literal(Fraction(1, 2)),
+        half_turn=real.literal(_PI),
+        turn=real.literal(2 * _PI),
+        huge=real.literal(Fraction(10**30)),
+        most_restarts=MOST_RESTARTS,
+        most_samples=_SAMPLES * MOST_RESTARTS**2,
+    )
+
+
+def _arguments(kernels: Kernels, real: Real) -> str:
+    robot = kernels.robot
+    stem, dof = prefix(robot.name, real), macro(robot.name, "DOF")
+    return ", ".join(
+        (
+            f"const {real} base_T_tool[16]",
+            f"const {real} start[{dof}]",
+            *((f"const {stem}_params *params",) if robot.runtime_parameters else ()),
+            f"const {stem}_search *search",
+            f"{real} q[{dof}]",
+            f"{stem}_found *found",
+        )
+    )
+
+
+def tolerances(robot: Robot, real: Real) -> tuple[Fraction, Fraction]:
+    """What is accepted by default: a position error in the file's length unit, one digit; a rotation error in rad."""
+    position = TOLERANCES[real] * Fraction(reach(robot, robot.tips))
+    return Fraction(f"{float(position):.0e}"), TOLERANCES[real]
+
+
+def _array(items: Iterable[str]) -> str:
+    return f"{{{', '.join(items)}}}"

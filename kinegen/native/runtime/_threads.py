@@ -1,0 +1,50 @@
+"""One pool of threads that all kernels of a package share."""
+
+from __future__ import annotations
+
+import operator
+import os
+import threading
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+_pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
+
+
+def workers_for(threads: int) -> int:
+    """The number of threads that `threads=` asks for, 0 being all cores."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if operator.index(threads) < 0:
+        raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
+    return min(threads or cores, 4 * cores)
+
+
+def spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
+    """Work through the blocks, without NumPy's warnings, the caller together with helpers from the pool."""
+    lock = threading.Lock()
+    pool = _pools.get("") or _pools.setdefault("", ThreadPoolExecutor(os.cpu_count(), "kinegen"))
+
+    def drain() -> None:
+        while True:
+            with lock:
+                block = next(blocks, None)
+            if block is None:
+                return
+            with np.errstate(all="ignore"):
+                work(*block)
+
+    helpers: list[Future[None]] = []
+    try:
+        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
+        drain()
+    finally:
+        with lock:
+            blocks.close()
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
