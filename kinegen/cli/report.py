@@ -109,7 +109,8 @@ def _proof_lines(result: BuildResult) -> list[str]:
         )
     lines = columns(rows, left=frozenset({0, 1, 7}))
     coloured = [line.replace("holds", good("holds")).replace("FAILS", bad("FAILS")) for line in lines]
-    return [*(_INDENT + line for line in coloured), *_worst_lines(result)]
+    counts = [line for count in result.proof.counts for line in textwrap.wrap(count, width() - 2 * len(_INDENT))]
+    return [*(_INDENT + line for line in coloured), *(_INDENT + line for line in counts), *_worst_lines(result)]
 
 
 def _worst_lines(result: BuildResult) -> list[str]:

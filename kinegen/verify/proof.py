@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.errors import ProofError
-from kinegen.outputs import Array, Quantity
+from kinegen.outputs import Array, Kind, Quantity
 from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
+from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
 from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
 from kinegen.verify.tolerances import accepted_error
@@ -84,10 +85,12 @@ class Proof:
     Attributes:
         reach: Reach of the robot, to which position tolerances are relative.
         comparisons: One for each kernel and way to call it.
+        counts: Sentences about what was tried, for kernels that have more to them than errors.
     """
 
     reach: float
     comparisons: tuple[Comparison, ...]
+    counts: tuple[str, ...] = ()
 
     @property
     def holds(self) -> bool:
@@ -123,6 +126,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     Returns:
         The comparisons; see `Proof.require`.
     """
+    inverses = tuple(each for each in quantities if each.kind is Kind.INVERSE)
+    quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
     comparisons = _compare_ways(robot, package, quantities, reals, samples)
     if robot.runtime_parameters:
@@ -132,7 +137,31 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     if "double" in reals:
         comparisons += _compare_exactly(robot, package, quantities)
         comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
-    return Proof(reach(robot), tuple(comparisons))
+    counts: list[str] = []
+    for quantity in inverses:
+        for real in reals:
+            trials = try_inverse(robot, package, quantity, real)
+            counts += [counts_line(max(trials, key=lambda trial: trial.poses))] * (real == reals[0])
+            comparisons += [_inverse_comparison(robot, quantity, trial) for trial in trials]
+            if robot.runtime_parameters:
+                moved, values = move_parameters(robot)
+                others = try_inverse(moved, package, quantity, real, values)
+                comparisons += [_inverse_comparison(moved, quantity, trial) for trial in others]
+    return Proof(reach(robot), tuple(comparisons), tuple(counts))
+
+
+def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:
+    return Comparison(
+        target=f"{trial.target}, there and back",
+        quantity=quantity,
+        poses=trial.poses,
+        position_error=trial.position_error,
+        rotation_error=trial.rotation_error,
+        position_tolerance=trial.accepted * reach(robot),
+        rotation_tolerance=trial.accepted,
+        worst=trial.worst,
+        frame=TOOL,
+    )
 
 
 def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:

@@ -55,7 +55,7 @@ def proof_of(
     if known is not None:
         entry = json.loads(known)
         comparisons = tuple(_restored(comparison) for comparison in entry["comparisons"])
-        return Proof(entry["reach"], comparisons), entry["backend"], True
+        return Proof(entry["reach"], comparisons, tuple(entry["counts"])), entry["backend"], True
     proof, backend = prove_package(robot, contents, quantities, reals)
     store.save(key, json.dumps(_record(proof, backend)).encode())
     return proof, backend, False
@@ -63,7 +63,7 @@ def proof_of(
 
 def _record(proof: Proof, backend: str) -> dict[str, Any]:
     comparisons = [asdict(each) | {"quantity": str(each.quantity)} for each in proof.comparisons]
-    return {"reach": proof.reach, "comparisons": comparisons, "backend": backend}
+    return {"reach": proof.reach, "comparisons": comparisons, "counts": proof.counts, "backend": backend}
 
 
 def _restored(entry: dict[str, Any]) -> Comparison:

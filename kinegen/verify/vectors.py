@@ -16,7 +16,7 @@ from kinegen.emit.c.vectors import Expected, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-from kinegen.outputs import Array, Quantity, Signature
+from kinegen.outputs import Array, Kind, Quantity, Signature
 from kinegen.reference import DIGITS
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
@@ -55,9 +55,10 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     Returns:
         Inputs, results and tolerances. Results are held to the robot's reach, to 1 if that is less, or to the largest
         of those that are neither poses nor positions if that is more. A kernel whose numbers jump at every pose, by
-        what rounding leaves of a zero, has no vectors.
+        what rounding leaves of a zero, has no vectors; nor has the inverse, which gives several results for one pose.
     """
-    robot, programs = kernels.robot, kernels.programs
+    robot = kernels.robot
+    programs = tuple(program for program in kernels.programs if program.quantity.kind is not Kind.INVERSE)
     points = _safe_samples(robot, programs)
     given = {array.name: array for program in programs for array in program.signature.inputs}
     given.setdefault("q", Array("q", (robot.dof,)))

@@ -13,6 +13,7 @@ from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import LINE, Routine, routine_lines, used_routines, uses
+from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
@@ -29,6 +30,7 @@ class Function:
     Attributes:
         name: C name.
         brief: What it computes.
+        notes: What there is to say of its results, as lines of a comment.
         operations: What a call costs, as lines of a comment.
         errors: How far its results can be off.
         prototype: Declaration without `restrict`, valid in C++.
@@ -41,6 +43,7 @@ class Function:
 
     name: str
     brief: str
+    notes: tuple[str, ...]
     operations: tuple[str, ...]
     errors: tuple[str, ...]
     prototype: str
@@ -145,6 +148,9 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
     if actuators:
         found.append((macro(robot.name, "ACTUATORS"), f"{len(actuators)}"))
         found += [(macro(robot.name, f"ACTUATOR_{name}"), f"{index}") for index, name in enumerate(actuators)]
+    branches = branches_of(kernels)
+    if branches:
+        found.append((macro(robot.name, "BRANCHES"), f"{len(branches.names)}"))
     varied = varied_names(kernels)
     if varied:
         found.append((macro(robot.name, "PARAMETERS"), f"{len(varied)}"))
@@ -162,6 +168,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     return Function(
         name=name,
         brief=brief(program.quantity),
+        notes=_notes(kernels, program),
         operations=tuple(textwrap.wrap(f"Costs {operation_line(program)}.", LINE)),
         errors=error_lines(kernels, program, real),
         prototype=f"void {name}({scalar_arguments(kernels, program, real, restrict=False)})",
@@ -170,6 +177,15 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         inputs=tuple((array.name, input_text(array)) for array in given(program)),
         results=tuple((array.name, _shape(kernels, program, array)) for array in computed(program)),
         unused=tuple(argument for argument, sign in reads if sign not in text),
+    )
+
+
+def _notes(kernels: Kernels, program: Program) -> tuple[str, ...]:
+    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
+    if branches is None:
+        return ()
+    return tuple(
+        part for line in branch_lines(branches) for part in textwrap.wrap(line, LINE, subsequent_indent="    ")
     )
 
 

@@ -1,0 +1,204 @@
+"""The proof of an inverse: what it solves leads back to the target, and nothing that can be reached is missed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.errors import ProofError
+from kinegen.outputs import Quantity
+from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.inverse.derive import family_of
+from kinegen.symbolic.inverse.family import Aim, Family
+from kinegen.symbolic.inverse.places import alignments, boundaries
+from kinegen.verify.samples import RANDOM, SEED, proof_samples
+from kinegen.verify.ways import DTYPES, Way, ways_to_call
+
+FloatArray = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+TARGETS = 100_000
+"""Random joint vectors whose poses are solved for, by the first way to call the kernel."""
+
+FEWER = 4000
+"""The same for every other way."""
+
+ACCEPTED = {"double": 1e-9, "float": 1e-4}
+"""How far the pose of a solution may be from the target: radians, and lengths relative to the reach."""
+
+SAME = 1e-6
+"""How near a solution must be to the joint vector that the target came from: radians or lengths."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One way to call an inverse, tried at many targets.
+
+    Attributes:
+        target: What was called.
+        poses: Number of targets.
+        solutions: Number of valid solutions.
+        position_error: Largest distance of a solution's pose from its target, in a coordinate.
+        rotation_error: The same for entries of the rotation; 0 where the arm is not solved for it.
+        accepted: Accepted error of a rotation, and of a position relative to the reach.
+        worst: Joint vector of the target with the largest error.
+        special: For each kind of special target its name, how many there were, and how many have a solution.
+    """
+
+    target: str
+    poses: int
+    solutions: int
+    position_error: float
+    rotation_error: float
+    accepted: float
+    worst: tuple[float, ...]
+    special: tuple[tuple[str, int, int], ...]
+
+
+def try_inverse(
+    robot: Robot, package: ModuleType, quantity: Quantity, real: str, parameters: tuple[float, ...] | None = None
+) -> tuple[Trial, ...]:
+    """Solve for the poses of many joint vectors in every way, and see where the solutions lead.
+
+    Args:
+        robot: The robot, with the values of the runtime parameters that are tried.
+        package: Its generated package, imported.
+        quantity: The inverse.
+        real: A number type that it was built for.
+        parameters: Values of the runtime parameters; those of the robot file if left out.
+
+    Returns:
+        One trial for each way to call the kernel.
+
+    Raises:
+        ProofError: If a random target is solved without the joint vector that it came from (in double; in float limits
+            and boundaries are lost to rounding), if a valid solution holds NaN, or if a target that is no pose or out
+            of reach is said to be solved.
+    """
+    tester = _Tester(robot, package, quantity, family_of(robot), real)
+    ways = ways_to_call(package, quantity, real, parameters)
+    first = next((way for way in ways if "batch" in way.target), ways[-1])
+    tester.refuse_the_impossible()
+    most = TARGETS if real == "double" and parameters is None else FEWER
+    return tuple(tester.trial(way, most if way is first else FEWER) for way in ways)
+
+
+def counts_line(trial: Trial) -> str:
+    """A trial in one sentence."""
+    solved = ", ".join(f"{some:,} of {all_:,} {name}" for name, all_, some in trial.special)
+    random = trial.poses - sum(all_ for _, all_, _ in trial.special)
+    return (
+        f"inverse: {random:,} random targets, each solved by the joint vector that it came from, "
+        f"{trial.solutions:,} solutions in all; solved besides {solved}; no target out of reach or with NaN is solved"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Tester:
+    robot: Robot
+    package: ModuleType
+    quantity: Quantity
+    family: Family
+    real: str
+
+    def trial(self, way: Way, count: int) -> Trial:
+        """Try one way at so many random targets, and at all special ones."""
+        box = np.array(joint_box(self.robot)).T
+        q = np.random.default_rng(SEED).uniform(*box, (count, self.robot.dof))
+        special = self._special()
+        points = np.concatenate([q, *special.values()])
+        poses = reference.pose(self.robot, points)[:, 0]
+        solutions, valid = way.call((poses.astype(DTYPES[self.real]),))
+        solved, joints = valid != 0, solutions.astype(np.float64)
+        self._require_numbers(way.target, joints, solved)
+        if self.real == "double":
+            self._require_origins(way.target, joints[:count], solved[:count], q)
+        position, rotation = self._errors(joints, solved, poses)
+        found, ends = solved.any(axis=1), np.cumsum([count, *map(len, special.values())])
+        return Trial(
+            target=way.target,
+            poses=len(points),
+            solutions=int(solved.sum()),
+            position_error=float(position.max()),
+            rotation_error=float(rotation.max()),
+            accepted=ACCEPTED[self.real],
+            worst=tuple(map(float, points[np.maximum(position, rotation).argmax()])),
+            special=tuple(
+                (name, len(values), int(found[end - len(values) : end].sum()))
+                for (name, values), end in zip(special.items(), ends[1:], strict=True)
+            ),
+        )
+
+    def refuse_the_impossible(self) -> None:
+        """See that no target is solved that cannot be."""
+        kernel = getattr(self.package, self.quantity.function)
+        box = np.array(joint_box(self.robot)).T
+        poses = reference.pose(self.robot, np.random.default_rng(SEED).uniform(*box, (FEWER, self.robot.dof)))[:, 0]
+        self._require_none(kernel, np.where(np.arange(16).reshape(4, 4) == 3, np.nan, poses), "with NaN")
+        if all(each.type is JointType.REVOLUTE or each.limits for each in self.robot.variables):
+            far = poses.copy()
+            far[:, :3, 3] += 3 * reach(self.robot) * np.sign(far[:, :3, 3] + 1e-300)
+            self._require_none(kernel, far, "out of reach")
+
+    def _require_none(self, kernel: Any, poses: FloatArray, what: str) -> None:
+        _, valid = kernel(poses.astype(DTYPES[self.real]), check=False)
+        if (valid != 0).any():
+            raise ProofError(f"{self.robot.name}: {self.quantity} ({self.real}) solves for targets {what}")
+
+    def _require_numbers(self, target: str, joints: FloatArray, solved: Truths) -> None:
+        if (np.isnan(joints).any(axis=2) & solved).any():
+            raise ProofError(f"{self.robot.name}: {target} {self.quantity} calls a solution valid that holds NaN")
+
+    def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> None:
+        """See that the joint vector of every target is among its solutions, but for whole turns."""
+        apart = np.abs(joints - q[:, None])
+        for axis in self.family.axes.joints:
+            if axis.turns:
+                turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
+                apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
+        nearest = np.where(solved, apart.max(axis=2), np.inf).min(axis=1)
+        missed = np.flatnonzero(nearest > SAME)
+        if len(missed):
+            place = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
+            raise ProofError(
+                f"{self.robot.name}: {target} {self.quantity} misses the joint vectors of {len(missed):,} of "
+                f"{len(q):,} targets, the first at q = ({place}); nothing was written"
+            )
+
+    def _errors(self, joints: FloatArray, solved: Truths, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Errors of positions and rotations, the largest over the branches of each target."""
+        position, rotation = np.zeros((2, len(poses)))
+        for branch in range(joints.shape[1]):
+            rows = np.flatnonzero(solved[:, branch])
+            if not len(rows):
+                continue
+            apart = np.abs(reference.pose(self.robot, joints[rows, branch])[:, 0] - poses[rows])[:, :3]
+            position[rows] = np.maximum(position[rows], apart[..., 3].max(axis=1))
+            if self.family.aim is Aim.POSE:
+                rotation[rows] = np.maximum(rotation[rows], apart[..., :3].max(axis=(1, 2)))
+        return position, rotation
+
+    def _special(self) -> dict[str, FloatArray]:
+        """Joint vectors at corners, at multiples of 45 degrees, and where branches meet."""
+        found = {"singular and extreme": proof_samples(self.robot)[:-RANDOM]}
+        for name, places in (("stretched or folded", boundaries(self.family)), ("aligned", alignments(self.family))):
+            points = [self._with(index, value) for index, values in places for value in values]
+            points = [each for each in points if len(each)]
+            if points:
+                found[name] = np.concatenate(points)
+        return found
+
+    def _with(self, index: int, value: float) -> FloatArray:
+        """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
+        box = np.array(joint_box(self.robot))
+        low, high = box[index]
+        turned = value + 2 * np.pi * np.ceil((low - value) / (2 * np.pi) - 1e-9)
+        points = np.random.default_rng(SEED + index).uniform(*box.T, (FEWER // 4, self.robot.dof))
+        points[:, index] = turned
+        return points if turned <= high else points[:0]
