@@ -19,6 +19,7 @@ from kinegen.errors import KinegenError
 from kinegen.ir.fixed.kinds import find_kinds
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable, count
+from kinegen.outputs import Array, Quantity, Signature
 from kinegen.symbolic.expressions import Expressions
 from tests.functions.library import COMPILERS, DTYPES, compile_functions, run
 from tests.functions.programs import DOF, ROBOT, Library, formula, kernels, programs, signature
@@ -282,7 +283,9 @@ def test_what_no_kernel_has_is_refused_in_words(expression: sp.Expr) -> None:
 
 
 def test_integer_kernels_are_refused_in_words() -> None:
-    with pytest.raises(
-        KinegenError, match="no q30 kernels for drawn: integers have no roots, arc tangents and selections"
-    ):
-        find_kinds(ROBOT, lowered(sp.atan2(Q[0], 2)))
+    """A position with an arc tangent in it, as roots of runtime parameters may bring along."""
+    position = Signature(Quantity.POSITION, ("tool",), DOF, (Array("q", (DOF,)),), (Array("base_p_tool", (3,)),))
+    program = lower(Expressions(position, Q, (), (), (sp.atan2(Q[0], 2), sp.S.Zero, sp.S.One)))
+
+    with pytest.raises(KinegenError, match="no q30 kernels for drawn: integers have no roots, arc tangents and select"):
+        find_kinds(ROBOT, program)

@@ -23,14 +23,14 @@ STRAIGHT = "-fno-tree-slp-vectorize"
 
 # The processor, the flags, what all kernels are compiled with, and what is added for batches.
 ARGUMENTS = {
-    "default": (X86, Flags(), "-O3 -ffp-contract=fast -march=native", WIDE),
-    "default, arm": (ARM, Flags(), "-O3 -ffp-contract=fast -mcpu=native", ""),
-    "default, risc-v": (RISC, Flags(), "-O3 -ffp-contract=fast -march=native", ""),
-    "a name": (X86, Flags("x86-64-v3"), "-O3 -ffp-contract=fast -march=x86-64-v3", WIDE),
-    "a name, arm": (ARM, Flags("armv8.2-a+sve"), "-O3 -ffp-contract=fast -march=armv8.2-a+sve", ""),
-    "the compiler's own": (X86, Flags(None, optimisation="1", extra=("-g",)), "-O1 -ffp-contract=fast -g", ""),
-    "portable": (X86, Flags(portable=True), "-O3 -ffp-contract=fast -march=x86-64", ""),
-    "portable, arm": (ARM, Flags(portable=True), "-O3 -ffp-contract=fast", ""),
+    "default": (X86, Flags(), "-O3 -ffp-contract=fast -fno-math-errno -march=native", WIDE),
+    "default, arm": (ARM, Flags(), "-O3 -ffp-contract=fast -fno-math-errno -mcpu=native", ""),
+    "default, risc-v": (RISC, Flags(), "-O3 -ffp-contract=fast -fno-math-errno -march=native", ""),
+    "a name": (X86, Flags("x86-64-v3"), "-O3 -ffp-contract=fast -fno-math-errno -march=x86-64-v3", WIDE),
+    "a name, arm": (ARM, Flags("armv8.2-a+sve"), "-O3 -ffp-contract=fast -fno-math-errno -march=armv8.2-a+sve", ""),
+    "the compiler's own": (X86, Flags(None, optimisation="1", extra=("-g",)), "-O1 -ffp-contract=fast -fno-math-errno -g", ""),
+    "portable": (X86, Flags(portable=True), "-O3 -ffp-contract=fast -fno-math-errno -march=x86-64", ""),
+    "portable, arm": (ARM, Flags(portable=True), "-O3 -ffp-contract=fast -fno-math-errno", ""),
 }
 
 
