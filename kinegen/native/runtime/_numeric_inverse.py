@@ -236,7 +236,10 @@ class _Search:
         best, least = np.empty((len(rows), len(self._low))), np.full(len(rows), np.inf)
         for _ in range(samples):
             candidates = random.uniform(self._low, self._high, best.shape)
-            error = ((self._difference(rows, candidates)[0] * self._weights) ** 2).sum(axis=1)
+            pose, target = self._evaluate(candidates)[0], self._targets[rows]
+            way = (target[:, :3, 3] - pose[:, :3, 3]) * self._weights[:3]
+            # 2 (1 - cos(angle)) stands for the square of the angle.
+            error = (way**2).sum(axis=1) + 3 - (target[:, :3, :3] * pose[:, :3, :3]).sum(axis=(1, 2))
             better = error < least
             best[better], least[better] = candidates[better], error[better]
         return best
