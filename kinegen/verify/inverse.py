@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -109,8 +110,7 @@ class _Tester:
 
     def trial(self, way: Way, count: int) -> Trial:
         """Try one way at so many random targets, and at all special ones."""
-        box = np.array(joint_box(self.robot)).T
-        q = np.random.default_rng(SEED).uniform(*box, (count, self.robot.dof))
+        q = _random(self.robot, count, SEED)
         special = self._special()
         points = np.concatenate([q, *special.values()])
         poses = reference.pose(self.robot, points)[:, 0]
@@ -138,8 +138,7 @@ class _Tester:
     def refuse_the_impossible(self) -> None:
         """See that no target is solved that cannot be."""
         kernel = getattr(self.package, self.quantity.function)
-        box = np.array(joint_box(self.robot)).T
-        poses = reference.pose(self.robot, np.random.default_rng(SEED).uniform(*box, (FEWER, self.robot.dof)))[:, 0]
+        poses = reference.pose(self.robot, _random(self.robot, FEWER, SEED))[:, 0]
         self._require_none(kernel, np.where(np.arange(16).reshape(4, 4) == 3, np.nan, poses), "with NaN")
         if all(each.type is JointType.REVOLUTE or each.limits for each in self.robot.variables):
             far = poses.copy()
@@ -165,10 +164,10 @@ class _Tester:
         nearest = np.where(solved, apart.max(axis=2), np.inf).min(axis=1)
         missed = np.flatnonzero(nearest > SAME)
         if len(missed):
-            place = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
+            first = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
             raise ProofError(
                 f"{self.robot.name}: {target} {self.quantity} misses the joint vectors of {len(missed):,} of "
-                f"{len(q):,} targets, the first at q = ({place}); nothing was written"
+                f"{len(q):,} targets, the first at q = ({first}); nothing was written"
             )
 
     def _errors(self, joints: FloatArray, solved: Truths, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -196,9 +195,15 @@ class _Tester:
 
     def _with(self, index: int, value: float) -> FloatArray:
         """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
-        box = np.array(joint_box(self.robot))
-        low, high = box[index]
-        turned = value + 2 * np.pi * np.ceil((low - value) / (2 * np.pi) - 1e-9)
-        points = np.random.default_rng(SEED + index).uniform(*box.T, (FEWER // 4, self.robot.dof))
+        low, high = joint_box(self.robot)[index]
+        turn = 2 * math.pi / abs(float(self.family.axes.joints[index].rate))
+        turned = value + turn * math.ceil((low - value) / turn - 1e-9)
+        points = _random(self.robot, FEWER // 4, SEED + index)
         points[:, index] = turned
         return points if turned <= high else points[:0]
+
+
+def _random(robot: Robot, count: int, seed: int) -> FloatArray:
+    """Joint vectors from the joint box."""
+    low, high = np.array(joint_box(robot)).T
+    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))

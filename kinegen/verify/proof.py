@@ -145,8 +145,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
             comparisons += [_inverse_comparison(robot, quantity, trial) for trial in trials]
             if robot.runtime_parameters:
                 moved, values = move_parameters(robot)
-                others = try_inverse(moved, package, quantity, real, values)
-                comparisons += [_inverse_comparison(moved, quantity, trial) for trial in others]
+                trials = try_inverse(moved, package, quantity, real, values)
+                comparisons += [_inverse_comparison(moved, quantity, trial) for trial in trials]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
 
