@@ -6,6 +6,7 @@ of the series; nothing of it is shared with the way to the kernels.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, assert_never
@@ -16,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinegen.outputs import Reference
 from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
-from kinegen.reference.series import Series, in_series
+from kinegen.reference.series import Series, constant, in_series
 from kinegen.reference.velocity import TIP, Kinematics
-from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Triangle
+from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Reading, Triangle
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.model import Robot
 
@@ -80,12 +81,19 @@ def _joints(robot: Robot, readings: list[Any], kind: Kind) -> dict[str, Any]:
     """A value for every joint, in the order in which the file gives them."""
     values = {entry.name: evaluate(entry.value, {}, kind.arithmetic) for entry in robot.parameters}
     values |= {reading.name: column for reading, column in zip(robot.actuators.readings, readings, strict=True)}
+    middles = {each.name: _middle(each) for each in robot.actuators.readings}
     for drive in robot.actuators.drives:
-        values |= zip(drive.joints, _driven(drive, values, kind), strict=True)
+        values |= zip(drive.joints, _driven(drive, values, middles, kind), strict=True)
     return values
 
 
-def _driven(drive: Drive, values: Mapping[str, Any], kind: Kind) -> tuple[Any, ...]:
+def _middle(reading: Reading) -> float:
+    """The reading in the middle of its limits."""
+    limits = (evaluate(limit, {}, FLOATS.arithmetic) for limit in reading.limits or ())
+    return float(sum(limits)) / 2
+
+
+def _driven(drive: Drive, values: Mapping[str, Any], middles: Mapping[str, float], kind: Kind) -> tuple[Any, ...]:
     def value(expression: Expression) -> Any:
         return evaluate(expression, values, kind.arithmetic)
 
@@ -107,12 +115,24 @@ def _driven(drive: Drive, values: Mapping[str, Any], kind: Kind) -> tuple[Any, .
             angle = value(drive.angle[0]) * values[drive.actuator] + value(drive.angle[1])
             if not drive.parallelogram:
                 bars = tuple(value(bar) for bar in drive.bars)
-                angle = _rocker(bars, angle, kind, crossed=drive.crossed)
+                middle = float(value(drive.angle[0])) * middles[drive.actuator] + float(value(drive.angle[1]))
+                angle = _followed(bars, angle, middle, kind, crossed=drive.crossed)
         case Formula():
             return (value(drive.value),)
         case _:
             assert_never(drive)
     return (drive.sign * angle + value(drive.offset),)
+
+
+def _followed(bars: tuple[Any, ...], angle: Any, middle: float, kind: Kind, *, crossed: bool) -> Any:
+    """The rocker's angle without jumps; in the middle of the crank's way it lies between -pi and pi."""
+    ground, crank, *_ = floats = tuple(float(bar) for bar in bars)
+    there = math.remainder(float(_rocker(floats, middle, FLOATS, crossed=crossed)), math.tau)
+    found = _rocker(bars, angle, kind, crossed=crossed)
+    # A crank longer than the ground takes the rocker with it all around.
+    along = constant(angle) - middle if crank > ground else 0
+    far = np.asarray(constant(found) - along - there, dtype=np.float64)
+    return found - 2 * kind.arithmetic.pi * np.round(far / math.tau)
 
 
 def _rocker(bars: tuple[Any, ...], angle: Any, kind: Kind, *, crossed: bool) -> Any:

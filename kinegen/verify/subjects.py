@@ -16,7 +16,6 @@ import numpy as np
 
 from kinegen.outputs import Kind, Quantity
 from kinegen.reference import Actuation, Orientation, rotations
-from kinegen.robot.model import JointType
 from kinegen.verify.known import Known, Numbers
 from kinegen.verify.splits import (
     Split,
@@ -209,7 +208,7 @@ def _joints_of_actuators(_: Quantity) -> tuple[Subject, ...]:
     def read(known: Known, _frame: str, found: Numbers) -> Numbers:
         wanted = known.driven.joints
         impossible = np.where(_is_nan(found), 0, math.inf)
-        return np.where(_is_nan(wanted), impossible, _unwound(known, wanted, found))
+        return np.where(_is_nan(wanted), impossible, found)
 
     return (Subject(1, lambda known, _: _defined(known.driven.joints), split_numbers, read),)
 
@@ -218,8 +217,7 @@ def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
     """Right are the readings that give the joints back."""
 
     def read(known: Known, _frame: str, found: Numbers) -> Numbers:
-        again = Actuation(known.robot, found, exact=known.exact).joints
-        return _unwound(known, known.inputs["joints"], again)
+        return Actuation(known.robot, found, exact=known.exact).joints
 
     return (Subject(1, lambda known, _: known.inputs["joints"], split_numbers, read),)
 
@@ -282,13 +280,6 @@ def _is_in_range(form: Kind, numbers: Numbers) -> Numbers:
         low, high = (0.0, half) if form is Kind.EULER_ZYZ else (-half / 2, half / 2)
         inside = (np.abs(numbers) <= half).all(axis=1) & (numbers[:, 1] >= low) & (numbers[:, 1] <= high)
     return inside
-
-
-def _unwound(known: Known, wanted: Numbers, found: Numbers) -> Numbers:
-    """Joints without the whole turns by which they differ from others, and which no pose can tell."""
-    turns = np.nan_to_num(np.round((found - wanted).astype(np.float64) / (2 * math.pi)), posinf=0, neginf=0)
-    revolute = [variable.type is JointType.REVOLUTE for variable in known.robot.variables]
-    return found - 2 * math.pi * np.where(revolute, turns, 0)
 
 
 def _is_nan(numbers: Numbers) -> Numbers:
