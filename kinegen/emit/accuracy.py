@@ -132,10 +132,10 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
 
     Returns:
         Lines of a comment: for the joint box, and for the widest range if any angle has no limits. None for functions
-        of more than the joint vector, whose other inputs have no known range.
+        of more than the joint vector, whose other inputs have no known range, nor where there is nothing to compute.
     """
     robot = kernels.robot
-    if any(given.name != "q" for given in program.signature.inputs):
+    if not program.outputs or any(given.name != "q" for given in program.signature.inputs):
         return ()
     if not has_rules(program):
         return ("No bound is derived for functions with roots, arc tangents or selections.",)

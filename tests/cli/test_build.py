@@ -210,6 +210,7 @@ def test_json_has_stable_keys(two: str, out: Path, capsys: pytest.CaptureFixture
     ]
     assert list(entry["operations"]["pose"]) == [
         *("multiplications", "additions", "negations", "divisions", "sine_cosines"),
+        *("roots", "arc_tangents", "selections"),
     ]
     assert {tuple(each) for each in entry["files"]} == {("path", "status")}
     assert [stage["name"] for stage in entry["stages"]] == STAGES

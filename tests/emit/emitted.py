@@ -14,7 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
-from kinegen.outputs import USUAL
+from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -46,10 +46,10 @@ def robot(name: str) -> Robot:
 
 
 @cache
-def kernels(name: str) -> Kernels:
-    """Its programs, of all quantities."""
+def kernels(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
+    """Its programs, of the usual quantities or others."""
     arm = robot(name)
-    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in USUAL), runtime_defaults(arm))
+    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in quantities), runtime_defaults(arm))
 
 
 @cache

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.ir.program import Program
 from kinegen.naming import prefix
-from kinegen.outputs import Quantity
-from tests.emit.emitted import COMPILERS, kernels, run, tile
+from kinegen.outputs import USUAL, Array, Quantity
+from tests.emit.emitted import COMPILERS, kernels, run
+from tests.emit.quantities import SEVERAL
 
 FLAGS = (
     "-std=c99 -Wall -Wextra -Werror -O0 -g -ffp-contract=off -fsanitize=address,undefined,float-cast-overflow "
     "-fno-sanitize-recover=all"
 ).split()
-CASES = [(arm, real) for arm in ("puma560", "calibrated_2r", "blocks", "cartesian") for real in Real]
-CASES.append(("hand", Real.DOUBLE))  # several tips; it compiles long
+CASES = [(arm, real, USUAL) for arm in ("puma560", "calibrated_2r", "blocks", "cartesian") for real in Real]
+CASES.append(("hand", Real.DOUBLE, USUAL))  # several tips; it compiles long
+CASES += [(arm, Real.DOUBLE, SEVERAL) for arm in ("planar_3r", "blocks", "thumb")]
+CASES += [("calibrated_2r", Real.FLOAT, SEVERAL)]
 
 HEAD = """
 #include <stdio.h>
@@ -27,48 +35,49 @@ HEAD = """
 static const int counts[] = {{0, 1, {tile} - 1, {tile}, 2 * {tile} + 1}};
 """
 
-CHECK = """
-static void check_{name}(int n, ptrdiff_t gap, int joint_major, int backwards, int layout)
-{{
-    /* Arrays of exactly the length that is needed; nothing is read of no joints. */
-    const ptrdiff_t pose = joint_major ? 1 : {dof} + gap;
-    const ptrdiff_t joint = joint_major ? n + gap : 1;
-    const size_t inputs = ({dof} == 0 || n == 0) ? 0 : (size_t)((n - 1) * pose + ({dof} - 1) * joint + 1);
-    const int entries = (layout == 0) ? {numbers} * {stored} / {entries} : {numbers};
-    const ptrdiff_t stride = ((layout == 2) ? n : entries) + gap;
-    const size_t outputs = (n == 0) ? 0 : (size_t)(((layout == 2) ? entries - 1 : n - 1) * stride
-        + ((layout == 2) ? n : entries));
-    {real} *const q = ({dof} == 0) ? NULL : malloc(inputs * sizeof(*q) + (inputs == 0));
-    {real} *const out = malloc(outputs * sizeof(*out) + (outputs == 0));
-    {real} single[{dof} + 1];
-    {real} expected{extents};
-    for (size_t i = 0; i < inputs; i++) {{
-        q[i] = ({real})((int)(i * 37u % 101u) - 50) / 16;
+# Arrays of exactly the length that is needed; nothing is read of an array without numbers.
+INPUT = """
+    const ptrdiff_t {name}_joint = joint_major ? n + gap : 1;
+    const ptrdiff_t {name}_pose = (backwards ? -1 : 1) * (joint_major ? 1 : {stored} + gap);
+    const size_t {name}_length = ({size} == 0 || n == 0) ? 0
+        : (size_t)((n - 1) * llabs({name}_pose) + ({size} - 1) * {name}_joint + 1);
+    {real} *const {name}_memory = ({size} == 0) ? NULL : malloc({name}_length * sizeof({real}) + ({name}_length == 0));
+    for (size_t i = 0; i < {name}_length; i++) {{
+        {name}_memory[i] = ({real})((int)(i * 37u % 101u) - 50) / 16;
     }}
-    const {real} *const first = (backwards && inputs > 0) ? q + (n - 1) * pose : q;
-    {function}_batch((size_t)n, first, backwards ? -pose : pose, joint, {params}out, stride, layout);
-    for (int i = 0; i < n; i++) {{
-        for (int j = 0; j < {dof}; j++) {{
-            single[j] = first[i * (backwards ? -pose : pose) + j * joint];
+    const {real} *const {name} = {name}_memory - ((backwards && {name}_length > 0) ? (n - 1) * {name}_pose : 0);
+    {real} {name}_single[{stored} + 1];
+"""
+
+RESULT = """
+    const int {name}_block = (layout == 0) ? {stored} : {entries};
+    const int {name}_numbers = {blocks} * {name}_block;
+    const ptrdiff_t {name}_stride = ((layout == 2) ? n : {name}_numbers) + gap;
+    const size_t {name}_length = (n == 0 || {name}_numbers == 0) ? 0 : (size_t)((layout == 2)
+        ? ({name}_numbers - 1) * {name}_stride + n : (n - 1) * {name}_stride + {name}_numbers);
+    {real} *const {name} = malloc({name}_length * sizeof({real}) + ({name}_length == 0));
+    {real} {name}_expected[{blocks} * {stored} + 1];
+"""
+
+ONE = """
+        for (int j = 0; j < {size}; j++) {{
+            {name}_single[j] = {name}[i * {name}_pose + j * {name}_joint];
         }}
-        (void)single;
-        {function}({q}{params}expected);
-        for (int number = 0; number < {numbers}; number++) {{
-            const int frame = number / {entries};
-            const int entry = number % {entries};
-            const {real} want = (({real} *)expected)[frame * {stored} + entry];
-            const ptrdiff_t place = (layout == 2) ? number * stride + i
-                : i * stride + frame * (entries / {frames}) + entry;
-            if (memcmp(&want, &out[place], sizeof(want)) != 0) {{
-                (void)printf("{function} n=%d layout=%d gap=%d: number %d of configuration %d\\n", n, layout, (int)gap,
-                    number, i);
+        (void){name}_single;
+"""
+
+COMPARE = """
+        (void){name}_expected;
+        for (int number = 0; number < {blocks} * {entries}; number++) {{
+            const {real} want = {name}_expected[number / {entries} * {stored} + number % {entries}];
+            const ptrdiff_t place = (layout == 2) ? number * {name}_stride + i
+                : i * {name}_stride + number / {entries} * {name}_block + number % {entries};
+            if (memcmp(&want, &{name}[place], sizeof(want)) != 0) {{
+                (void)printf("{function} n=%d layout=%d gap=%d: number %d of {name}, configuration %d\\n", n, layout,
+                    (int)gap, number, i);
                 exit(1);
             }}
         }}
-    }}
-    free(q);
-    free(out);
-}}
 """
 
 MAIN = """
@@ -87,44 +96,72 @@ int main(void)
 """
 
 
-def driver(name: str, real: Real) -> str:
+def words(array: Array, real: Real, function: str) -> dict[str, object]:
+    """What the texts above say of an array; one without numbers has blocks of one that are never looked at."""
+    entries = max(array.size // array.blocks, 1)
+    return {
+        "name": array.name,
+        "real": real,
+        "function": function,
+        "size": array.size,
+        "stored": max(array.stored, 1),
+        "entries": entries,
+        "blocks": array.blocks if array.size else 0,
+    }
+
+
+def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
+    """The function that calls one kernel in one way."""
+    stem = prefix(given.robot.name, real)
+    name, signature = program.quantity.function, program.signature
+    function = f"{stem}_{name}"
+    inputs = [words(array, real, function) for array in signature.inputs]
+    results = [words(array, real, function) for array in signature.results]
+    params = [f"&{stem}_default_params"] * bool(given.defaults)
+    batch = ["(size_t)n"]
+    batch += [f"{array.name}, {array.name}_pose, {array.name}_joint" for array in signature.inputs]
+    batch += [*params, *(f"{array.name}, {array.name}_stride" for array in signature.results), "layout"]
+    single = [f"{array.name}_single" for array in signature.inputs if array.size]
+    single += params
+    for array in signature.results:
+        cast = f"({real} (*)[{array.stored}])" if array.per_frame else ""
+        single += [f"{cast}{array.name}_expected"] * bool(array.size)
+    yield f"static void check_{name}(int n, ptrdiff_t gap, int joint_major, int backwards, int layout)\n{{"
+    yield from (INPUT.format(**each) for each in inputs)
+    yield from (RESULT.format(**each) for each in results)
+    yield f"    {function}_batch({', '.join(batch)});\n    for (int i = 0; i < n; i++) {{"
+    yield from (ONE.format(**each) for each in inputs)
+    yield f"        {function}({', '.join(single)});"
+    yield from (COMPARE.format(**each) for each in results)
+    yield "    }\n"
+    yield from (f"    free({array.name}_memory);\n" for array in signature.inputs)
+    yield from (f"    free({array.name});\n" for array in signature.results)
+    yield "}\n"
+
+
+def driver(given: Kernels, real: Real, batch: str) -> str:
     """A program that calls every kernel of a robot in every way."""
-    stem, dof = prefix(name, real), kernels(name).robot.dof
-    parts, calls = [f'#include "{stem}_batch.h"\n', HEAD.format(tile=tile(name, real))], []
-    for program in kernels(name).programs:
-        quantity, frames = program.quantity, len(program.frames)
-        several = quantity == Quantity.FRAMES or kernels(name).robot.is_tree
-        stored = 16 if quantity.is_pose else 3
-        parts.append(
-            CHECK.format(
-                name=quantity.function,
-                function=f"{stem}_{quantity.function}",
-                real=real,
-                dof=dof,
-                frames=frames,
-                numbers=len(program.outputs),
-                entries=len(program.outputs) // frames,
-                stored=stored,
-                extents=f"[{frames}][{stored}]" if several else f"[{stored}]",
-                q="single, " if dof else "",
-                params=f"&{stem}_default_params, " if program.parameters else "",
-            )
-        )
-        check = f"check_{quantity.function}(counts[c], (way & 1) * 3, (way & 2) != 0, (way & 4) != 0, layout);"
-        # Points have no last row to leave out.
-        calls.append(f"                {check}" if quantity.is_pose else f"                if (layout != 1) {check}")
-    return "".join([*parts, MAIN.format(calls="\n".join(calls))])
+    tile = re.search(r"\bTILE = (\d+)", batch)
+    assert tile
+    parts = [f'#include "{prefix(given.robot.name, real)}_batch.h"\n', HEAD.format(tile=tile.group(1))]
+    for program in given.programs:
+        parts += check(given, program, real)
+    way = "counts[c], (way & 1) * 3, (way & 2) != 0, (way & 4) != 0, layout"
+    calls = "\n".join(f"{' ' * 16}check_{program.quantity.function}({way});" for program in given.programs)
+    return "".join([*parts, MAIN.format(calls=calls)])
 
 
 @pytest.mark.skipif("gcc" not in COMPILERS, reason="needs gcc")
-@pytest.mark.parametrize(("arm", "real"), CASES)
+@pytest.mark.parametrize(("arm", "real", "quantities"), CASES)
 def test_no_kernel_touches_what_it_was_not_given(
-    arm: str, real: Real, folder_of: Callable[[str], Path], tmp_path: Path
+    arm: str, real: Real, quantities: tuple[Quantity, ...], tmp_path: Path
 ) -> None:
-    """No configuration, one, and around a whole tile; gaps, any order of the joint values, every layout."""
-    folder, stem = folder_of(arm), prefix(arm, real)
-    (tmp_path / "driver.c").write_text(driver(arm, real), encoding="utf-8")
-    files = [tmp_path / "driver.c", folder / f"{stem}.c", folder / f"{stem}_batch.c"]
-    run(["gcc", *FLAGS, f"-I{folder}", *files, "-o", tmp_path / "driver"])
+    """No configuration, one, and around a whole tile; gaps, any order of the numbers, every layout."""
+    given, stem = kernels(arm, quantities), prefix(arm, real)
+    files = emit_kernel(given, real) | emit_batch(given, real)
+    files["driver.c"] = driver(given, real, files[f"{stem}_batch.c"])
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    run(["gcc", *FLAGS, *(tmp_path / name for name in files if name.endswith(".c")), "-o", tmp_path / "driver"])
 
     assert run([tmp_path / "driver"]) == "clean\n"

@@ -6,6 +6,7 @@ into vector code; the last tile of a batch is filled up and goes through the sam
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -24,9 +25,6 @@ from kinegen.outputs import Array
 TILE_BYTES = 128
 """Bytes of one row of a tile."""
 
-_STRIDES = ("pose", "joint")
-"""What the strides of an input are called, from one configuration to the next and from one number to the next."""
-
 
 @dataclass(frozen=True, slots=True)
 class BatchInput:
@@ -35,11 +33,13 @@ class BatchInput:
     Attributes:
         name: Its name.
         size: Numbers that are read for each configuration.
+        stored: Numbers from one configuration to the next where they lie without gaps.
         finder: Name of the function that finds its tiles.
     """
 
     name: str
     size: int
+    stored: int
     finder: str
 
 
@@ -69,8 +69,8 @@ class BatchFunction:
         brief: What it computes.
         arguments: Its arguments.
         rows: Computed numbers for each configuration, of all results.
-        inputs: What it reads.
-        unused: Arguments for arrays without numbers.
+        inputs: The inputs that it reads.
+        unused: Arguments that it does not look at.
         results: What it writes.
         has_matrices: Whether there are matrices among them.
         tile: Name of the function that evaluates a tile.
@@ -136,7 +136,9 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         has_matrices=any(result.matrices for function in functions for result in function.results),
         selects=uses(kernels.programs, Operator.SELECT_LT),
         has_others=any(not result.matrices for function in functions for result in function.results),
-        finders=tuple(sorted({found for program in kernels.programs for found in _finders(program)})),
+        finders=tuple(
+            sorted({(each.finder, each.size, each.stored) for function in functions for each in function.inputs})
+        ),
         functions=functions,
     )
     return {
@@ -158,7 +160,7 @@ def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real:
     """
     arguments = ["size_t n"]
     for array in inputs:
-        arguments += [f"const {real} *{array.name}", f"ptrdiff_t {array.name}_pose", f"ptrdiff_t {array.name}_joint"]
+        arguments += [f"const {real} *{array.name}", *_strides(array, "ptrdiff_t ").split(", ")]
     if params:
         arguments.append(f"const {params} *params")
     for array in results:
@@ -167,35 +169,46 @@ def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real:
 
 
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
-    stem = prefix(kernels.robot.name, real)
+    stem, signature = prefix(kernels.robot.name, real), program.signature
     params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
     printer = CPrinter(real, f"{stem}_sincos", tile_variables(program), stem, selects_bits=True)
-    signature = program.signature
-    inputs, passed = [], []
-    for array in given(program):
-        inputs += [f"const {real} *restrict {array.name}", *(f"ptrdiff_t {array.name}_{word}" for word in _STRIDES)]
-        passed += [f"{array.name}_tile.{word}" for word in ("first", *_STRIDES)]
-    if params:
-        inputs.append(f"const {params} *params")
-        passed.append("params")
     places = [f"t[{row}][i]" for row in range(len(program.outputs))]
-    results = tuple(_results(program))
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
+    body = printer.lines(program, [None if row in constants else place for row, place in enumerate(places)])
+    read = tuple(array for array in given(program) if _reads(body, rf"{array.name}\["))
+    reads_params = _reads(body, "params->")
+    results = tuple(_results(program))
+    arguments = [f"const {real} *restrict {array.name}, {_strides(array, 'ptrdiff_t ')}" for array in read]
+    arguments += [f"const {params} *params"] * reads_params
+    values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
+    values += ["params"] * reads_params
     return BatchFunction(
         name=function(kernels.robot.name, program.quantity.function, real, batch=True),
         brief=brief(program.quantity),
         arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
-        inputs=tuple(BatchInput(array.name, array.size, _finder(array)) for array in given(program)),
-        unused=tuple(_unused(program, bool(params))),
+        inputs=tuple(BatchInput(array.name, array.size, array.stored, _finder(array)) for array in read),
+        unused=tuple(_unused(program, read, bool(params) and not reads_params)),
         results=results,
         has_matrices=any(result.matrices for result in results),
         tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
-        tile_arguments=", ".join([*inputs, f"{real} (*restrict t)[TILE]"]),
-        tile_values=", ".join([*passed, "t"]),
-        body=printer.lines(program, [None if row in constants else place for row, place in enumerate(places)]),
+        tile_arguments=", ".join([*arguments, f"{real} (*restrict t)[TILE]"]),
+        tile_values=", ".join([*values, "t"]),
+        body=body,
         constants=tuple(printer.assignment(places[row], operand) for row, operand in constants.items()),
     )
+
+
+def _reads(body: tuple[str, ...], what: str) -> bool:
+    return any(re.search(rf"\b{what}", line) for line in body)
+
+
+def _strides(array: Array, before: str = "") -> str:
+    return ", ".join(f"{before}{array.name}_{word}" for word in ("pose", "joint"))
+
+
+def _finder(array: Array) -> str:
+    return f"find_tile_{array.size}" if array.size == array.stored else f"find_tile_{array.size}_of_{array.stored}"
 
 
 def _results(program: Program) -> Iterator[BatchResult]:
@@ -206,25 +219,14 @@ def _results(program: Program) -> Iterator[BatchResult]:
         first += array.size
 
 
-def _finders(program: Program) -> Iterator[tuple[str, int, int]]:
-    """The functions that find tiles: name, numbers that are read, numbers from one configuration to the next."""
-    if computed(program):
-        yield from ((_finder(array), array.size, array.stored) for array in given(program))
-
-
-def _finder(array: Array) -> str:
-    return f"find_tile_{array.size}" if array.size == array.stored else f"find_tile_{array.size}_of_{array.stored}"
-
-
-def _unused(program: Program, has_parameters: bool) -> Iterator[str]:
-    """The arguments that the function does not look at: those of empty arrays, or all where all results are."""
-    idle = not computed(program)
-    yield from ("n",) * idle
+def _unused(program: Program, read: tuple[Array, ...], spares_params: bool) -> Iterator[str]:
+    """The arguments that the function does not look at: those of empty arrays and of what no result depends on."""
     for array in program.signature.inputs:
-        if idle or not array.size:
-            yield from (array.name, *(f"{array.name}_{word}" for word in _STRIDES))
-    yield from ("params",) * (idle and has_parameters)
+        if array not in read:
+            yield from (array.name, *_strides(array).split(", "))
+    yield from ("params",) * spares_params
     for array in program.signature.results:
         if not array.size:
             yield from (array.name, f"{array.name}_stride")
-    yield from ("layout",) * idle
+    if not computed(program):
+        yield from ("n", "layout")
