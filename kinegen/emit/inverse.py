@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from dataclasses import dataclass
 
 from kinegen.emit.kernels import Kernels
@@ -36,11 +37,12 @@ def branches_of(kernels: Kernels) -> Branches | None:
     return Branches(family.name, family.branches, family.conditions, turns)
 
 
-def branch_lines(branches: Branches) -> tuple[str, ...]:
-    """Lines of a comment."""
-    return (
+def branch_lines(branches: Branches, width: int) -> tuple[str, ...]:
+    """The words as lines of a comment, of at most so many characters."""
+    lines = (
         f"Family: {branches.family}. Rows of solutions:",
         *(f"  {index}  {name}" for index, name in enumerate(branches.names)),
         "valid is 1 for a solution within the limits, else 0; its row then holds anything. Targets:",
         *(f"  {condition}" for condition in branches.conditions),
     )
+    return tuple(part for line in lines for part in textwrap.wrap(line, width, subsequent_indent="    "))

@@ -182,11 +182,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
 
 def _notes(kernels: Kernels, program: Program) -> tuple[str, ...]:
     branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
-    if branches is None:
-        return ()
-    return tuple(
-        part for line in branch_lines(branches) for part in textwrap.wrap(line, LINE, subsequent_indent="    ")
-    )
+    return () if branches is None else branch_lines(branches, LINE)
 
 
 def _shape(kernels: Kernels, program: Program, array: Array) -> str:

@@ -59,7 +59,7 @@ class PublicKernel:
         operations: What a configuration costs.
         wrapper: The class that it is an object of, with its type.
         notes: More lines of its docstring.
-        options: More arguments of its constructor, as Python text.
+        options: Lines of more arguments of its constructor, as Python text.
     """
 
     name: str
@@ -217,8 +217,8 @@ def _public(program: Program, branches: Branches | None) -> PublicKernel:
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
         wrapper="Inverse" if inverse else f"Kernel[{kind}]",
-        notes=branch_lines(inverse) if inverse else (),
-        options=("limits=LIMITS", f"turns=({_items(map(_bound, inverse.turns))})") if inverse else (),
+        notes=branch_lines(inverse, LINE - 4) if inverse else (),
+        options=("limits=LIMITS,", *_tuple_lines("turns", map(_bound, inverse.turns))) if inverse else (),
     )
 
 
@@ -232,10 +232,9 @@ def _tuple(shape: tuple[int, ...]) -> str:
     return f"({shape[0]},)" if len(shape) == 1 else f"({', '.join(map(str, shape))})"
 
 
-def _items(items: Iterable[str]) -> str:
-    """The inside of a tuple."""
-    listed = list(items)
-    return f"{listed[0]}," if len(listed) == 1 else ", ".join(listed)
+def _tuple_lines(name: str, items: Iterable[str]) -> tuple[str, ...]:
+    """An argument that is a tuple, as formatters leave it."""
+    return (f"{name}=(", *(f"    {item}," for item in items), "),")
 
 
 def _batch_shape(array: Array) -> str:

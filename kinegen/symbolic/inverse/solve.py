@@ -25,7 +25,7 @@ from kinegen.symbolic.inverse.solve_arm import (
 from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, ZERO, Angle, Bend, Steps, fixed
 from kinegen.symbolic.inverse.wrists import Columns, flips, hand_direction
 
-_LARGEST = sp.Integer(10) ** 30
+_LARGEST = sp.Integer(10) ** 15
 _NEAR_AXIS = sp.Rational(1, 10**12)
 
 
