@@ -1,0 +1,32 @@
+"""Packages with the numeric inverse, compiled once and in NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from kinegen.build import BuildOptions, build
+from kinegen.native.package import load_package
+from kinegen.outputs import NUMERIC_INVERSE, Quantity
+from tests.builds.workshop import ROBOTS, set_machine
+
+Packages = Callable[[str, str], ModuleType]
+
+
+@pytest.fixture(scope="session")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Packages:
+    """A package of a robot of `robots/` by its name and backend, `c` or `numpy`."""
+
+    @cache
+    def made(name: str, backend: str) -> ModuleType:
+        folder = tmp_path_factory.mktemp(f"{name}_{backend}")
+        with pytest.MonkeyPatch.context() as patch:
+            set_machine(patch, folder / "cache")
+            options = BuildOptions(output=folder, quantities=(Quantity.POSE, NUMERIC_INVERSE), compile=backend == "c")
+            return load_package(build(Path(ROBOTS / f"{name}.yaml"), options, lambda _: None).folder)
+
+    return made

@@ -1,0 +1,85 @@
+"""The emitted search: strict compilers, no library, refusals, and the same bits at every level."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from kinegen.build import lower_file
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
+from kinegen.emit.reals import Real
+from kinegen.errors import KinegenError
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
+from tests.builds.workshop import ROBOTS
+from tests.emit.emitted import COMPILERS, STRICT, run
+
+ARMS = ("stanford", "calibrated_2r")
+
+MAIN = """
+#include <stdio.h>
+#include "{stem}_numeric_inverse.h"
+int main(void)
+{{
+    const {real} zero[{dof}] = {{0}};
+    {real} q[{dof}], base_T_tool[16], jacobian[6 * {dof}];
+    const {real} far[{dof}] = {values};
+    {stem}_found found;
+    {stem}_fk_jacobian(far, {params}base_T_tool, jacobian);
+    const int solved = {stem}_numeric_inverse(base_T_tool, zero, {params}&{stem}_default_search, q, &found);
+    printf("%d %d %d", solved, (int)found.iterations, (int)found.descents);
+    for (int j = 0; j < {dof}; j++) printf(" %a", (double)q[j]);
+    return 0;
+}}
+"""
+
+
+def write(name: str, real: Real, folder: Path) -> list[Path]:
+    kernels = lower_file(ROBOTS / f"{name}.yaml", (NUMERIC_INVERSE,))
+    files = emit_kernel(kernels, real) | emit_numeric_inverse(kernels, real)
+    stem = name if real is Real.DOUBLE else f"{name}_f32"
+    params = f"&{stem}_default_params, " if kernels.defaults else ""
+    values = "{" + ", ".join(["0.5"] * kernels.robot.dof) + "}"
+    files["main.c"] = MAIN.format(stem=stem, real=real, dof=kernels.robot.dof, params=params, values=values)
+    for file, text in files.items():
+        (folder / file).write_text(text, encoding="utf-8")
+    return [folder / file for file in files if file.endswith(".c")]
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("real", Real)
+def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: Real, tmp_path: Path) -> None:
+    *_, search, _ = write(name, real, tmp_path)
+    run([compiler, *STRICT[compiler].split(), "-O1", "-c", search, "-o", tmp_path / "search.o"])
+    missing = {line.split()[-1] for line in run(["nm", "-u", tmp_path / "search.o"]).splitlines()}
+
+    assert all(symbol.endswith("fk_jacobian") for symbol in missing)
+
+
+@pytest.mark.parametrize("real", Real)
+def test_the_bits_do_not_depend_on_compiler_or_level(real: Real, tmp_path: Path) -> None:
+    sources = write("stanford", real, tmp_path)
+    told = set()
+    for compiler in COMPILERS:
+        for level in ("-O0", "-O3"):
+            flags = ["-std=c99", "-ffp-contract=off", level, f"-I{tmp_path}", "-o", tmp_path / "program"]
+            run([compiler, *flags, *sources])
+            told.add(subprocess.run([tmp_path / "program"], capture_output=True, text=True, check=True).stdout)
+
+    assert len(told) == 1
+    assert told.pop().startswith("1 ")
+
+
+@pytest.mark.parametrize(("name", "reason"), [("hand", "it has several tips"), ("blocks", "it has no joints")])
+def test_robots_that_it_cannot_serve_are_refused(name: str, reason: str) -> None:
+    with pytest.raises(KinegenError, match=f"no numeric inverse for {name}: {reason}"):
+        lower_file(ROBOTS / f"{name}.yaml", (NUMERIC_INVERSE,))
+
+
+def test_it_brings_the_kernel_it_needs_once() -> None:
+    assert with_needed((NUMERIC_INVERSE,)) == (POSE_AND_JACOBIAN,)
+    assert with_needed((POSE_AND_JACOBIAN, NUMERIC_INVERSE)) == (POSE_AND_JACOBIAN,)
+    assert parse_quantity("numeric_inverse") == NUMERIC_INVERSE
