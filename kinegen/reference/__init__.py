@@ -9,13 +9,25 @@ kernel is held to this package, so it shares nothing with `symbolic/` and `ir/`.
     series       numbers that carry their derivatives
     velocity     Jacobians, twists, accelerations, and derivatives by parameters
     orientation  quaternions, angles and rotation vectors
-    actuators    joints by readings of actuators
+    actuators    joints by readings of actuators; actuators_inverse leads back
 """
 
 from kinegen.reference.actuators import Actuation
+from kinegen.reference.actuators_inverse import readings
 from kinegen.reference.numbers import DIGITS
 from kinegen.reference.orientation import Orientation, rotations
 from kinegen.reference.poses import frames, frames_mp, pose, pose_mp
 from kinegen.reference.velocity import Kinematics
 
-__all__ = ["DIGITS", "Actuation", "Kinematics", "Orientation", "frames", "frames_mp", "pose", "pose_mp", "rotations"]
+__all__ = [
+    "DIGITS",
+    "Actuation",
+    "Kinematics",
+    "Orientation",
+    "frames",
+    "frames_mp",
+    "pose",
+    "pose_mp",
+    "readings",
+    "rotations",
+]

@@ -81,19 +81,28 @@ def _joints(robot: Robot, readings: list[Any], kind: Kind) -> dict[str, Any]:
     """A value for every joint, in the order in which the file gives them."""
     values = {entry.name: evaluate(entry.value, {}, kind.arithmetic) for entry in robot.parameters}
     values |= {reading.name: column for reading, column in zip(robot.actuators.readings, readings, strict=True)}
-    middles = {each.name: _middle(each) for each in robot.actuators.readings}
+    middles = {each.name: middle(each) for each in robot.actuators.readings}
     for drive in robot.actuators.drives:
-        values |= zip(drive.joints, _driven(drive, values, middles, kind), strict=True)
+        values |= zip(drive.joints, driven(drive, values, middles, kind), strict=True)
     return values
 
 
-def _middle(reading: Reading) -> float:
+def middle(reading: Reading) -> float:
     """The reading in the middle of its limits."""
     limits = (evaluate(limit, {}, FLOATS.arithmetic) for limit in reading.limits or ())
     return float(sum(limits)) / 2
 
 
-def _driven(drive: Drive, values: Mapping[str, Any], middles: Mapping[str, float], kind: Kind) -> tuple[Any, ...]:
+def driven(drive: Drive, values: Mapping[str, Any], middles: Mapping[str, float], kind: Kind) -> tuple[Any, ...]:
+    """The joints of one entry.
+
+    Args:
+        drive: The entry.
+        values: A value for each parameter, each reading and each earlier joint that it needs.
+        middles: Each reading in the middle of its limits.
+        kind: The kind of numbers.
+    """
+
     def value(expression: Expression) -> Any:
         return evaluate(expression, values, kind.arithmetic)
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from kinegen.reference.numbers import Kind, Rows
@@ -108,33 +107,15 @@ def in_series(kind: Kind, order: int) -> Kind:
         kind: The coefficients.
         order: 1 or 2.
     """
-    functions, two = kind.arithmetic.functions, kind.arithmetic.number(Fraction(2))
-    sqrt = functions["sqrt"]
-
-    def sine(angle: Any) -> Any:
-        s, c = kind.sin(constant(angle)), kind.cos(constant(angle))
-        return _compose(angle, (s, c, -s))
-
-    def cosine(angle: Any) -> Any:
-        s, c = kind.sin(constant(angle)), kind.cos(constant(angle))
-        return _compose(angle, (c, -s, -c))
-
-    def root(value: Any) -> Any:
-        found = sqrt(constant(value))
-        return _compose(value, (found, 1 / (two * found), -1 / (two * two * found * constant(value))))
-
-    def arc_sine(value: Any) -> Any:
-        slope = 1 / sqrt(1 - constant(value) ** 2)
-        return _compose(value, (functions["asin"](constant(value)), slope, constant(value) * slope**3))
-
-    def arc_cosine(value: Any) -> Any:
-        slope = -1 / sqrt(1 - constant(value) ** 2)
-        return _compose(value, (functions["acos"](constant(value)), slope, constant(value) * slope**3))
-
-    def direction(y: Any, x: Any) -> Any:
-        b, a = constant(y), constant(x)
-        turned = (y * a - x * b) / (x * a + y * b)  # the tangent of the small angle by which the point moves
-        return functions["atan2"](b, a) + turned
+    functions = _Functions(kind)
+    by_name: dict[str, Callable[..., Any]] = {
+        "sqrt": functions.sqrt,
+        "sin": functions.sin,
+        "cos": functions.cos,
+        "asin": functions.asin,
+        "acos": functions.acos,
+        "atan2": functions.atan2,
+    }
 
     def matrix(rows: Rows) -> Series:
         filled = [[dict(_parts(entry)) for entry in row] for row in rows]
@@ -148,23 +129,47 @@ def in_series(kind: Kind, order: int) -> Kind:
         return Series(parts, order)
 
     return Kind(
-        arithmetic=Arithmetic(
-            number=kind.arithmetic.number,
-            pi=kind.arithmetic.pi,
-            functions={
-                "sqrt": root,
-                "sin": sine,
-                "cos": cosine,
-                "asin": arc_sine,
-                "acos": arc_cosine,
-                "atan2": direction,
-            },
-        ),
-        sin=sine,
-        cos=cosine,
+        arithmetic=Arithmetic(number=kind.arithmetic.number, pi=kind.arithmetic.pi, functions=by_name),
+        sin=functions.sin,
+        cos=functions.cos,
         matrix=matrix,
         multiply=lambda left, right: product(left, right, kind.multiply),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Functions:
+    """Functions of series, by their values and derivatives at the constant part."""
+
+    kind: Kind
+
+    def sin(self, angle: Any) -> Any:
+        s, c = self.kind.sin(constant(angle)), self.kind.cos(constant(angle))
+        return _compose(angle, (s, c, -s))
+
+    def cos(self, angle: Any) -> Any:
+        s, c = self.kind.sin(constant(angle)), self.kind.cos(constant(angle))
+        return _compose(angle, (c, -s, -c))
+
+    def sqrt(self, value: Any) -> Any:
+        found = self._of("sqrt", constant(value))
+        return _compose(value, (found, 1 / (2 * found), -1 / (4 * found * constant(value))))
+
+    def asin(self, value: Any) -> Any:
+        slope = 1 / self._of("sqrt", 1 - constant(value) ** 2)
+        return _compose(value, (self._of("asin", constant(value)), slope, constant(value) * slope**3))
+
+    def acos(self, value: Any) -> Any:
+        slope = -1 / self._of("sqrt", 1 - constant(value) ** 2)
+        return _compose(value, (self._of("acos", constant(value)), slope, constant(value) * slope**3))
+
+    def atan2(self, y: Any, x: Any) -> Any:
+        b, a = constant(y), constant(x)
+        turned = (y * a - x * b) / (x * a + y * b)  # the tangent of the small angle by which the point moves
+        return self._of("atan2", b, a) + turned
+
+    def _of(self, name: str, *values: Any) -> Any:
+        return self.kind.arithmetic.functions[name](*values)
 
 
 def constant(value: Any) -> Any:

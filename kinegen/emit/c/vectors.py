@@ -80,7 +80,8 @@ class VectorResult:
     stride: int
     output: str
     first: str
-    turns: bool
+    value: str
+    wanted: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,6 +208,9 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
         entries = array.size // array.blocks
         of_frames = " for each frame" if program.frames else ""
         without = "; the last rows 0 0 0 1 are left out" if array.is_pose else ""
+        whole = entries == array.stored
+        place = f"found{ending}[entry]" if whole else f"found{ending}[(frame * {array.stored}) + entry]"
+        wanted = f"{name}_expected{ending}[vector][{'entry' if whole else f'(frame * {entries}) + entry'}]"
         yield VectorResult(
             array=f"{name}_expected{ending}",
             found=f"found{ending}",
@@ -218,7 +222,8 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
             stride=array.stored,
             output=declared(kernels, program, array),
             first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
-            turns=result.turns,
+            value=f"turned({place}, {wanted})" if result.turns else place,
+            wanted=wanted,
         )
 
 
