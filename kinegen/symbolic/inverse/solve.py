@@ -210,9 +210,10 @@ def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, 
     point = target.point(steps, axes, build.end)
     pointing, beside, _ = target.columns(steps, axes, (roll.direction, waist.second[2], waist.first[2]))
     seen, size = seen_from_waist(steps, waist, point), _triple_size(build)
-    start = _plane_of_approach(steps, waist, pointing, seen)
+    guide = steps.turned(waist.first, pointing)[:2]
+    start = _plane_of_approach(steps, waist, guide, seen)
     heading = waist.way(roll.direction)
-    sides = turn_waist(steps, waist, seen, build.depth, _NEAR_AXIS * size, (pointing, beside), start)
+    sides = turn_waist(steps, waist, seen, build.depth, _NEAR_AXIS * size, (pointing, beside), start, guide)
     for side, is_left in zip(sides, (True, False), strict=True):
         approach, across = side.left
         level = steps.select(approach[2] ** 2, PLANE**2, ONE, ZERO)
@@ -231,14 +232,14 @@ def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, 
             )
 
 
-def _plane_of_approach(steps: Steps, waist: Waist, pointing: Vector, seen: Vector) -> Planar:
+def _plane_of_approach(steps: Steps, waist: Waist, guide: Planar, seen: Vector) -> Planar:
     """The direction of the waist in whose plane the approach vector lies, towards the point that the arm carries.
 
     Near its axis the waist follows the approach vector, which tells the plane better; where that is upright too, the
     joint is at rest.
     """
-    x, y, _ = steps.turned(waist.first, pointing)
-    square = steps.square((x, y))
+    x, y = guide
+    square = steps.square(guide)
     rest = steps.unit(rest_angle(waist.joint))
     inverse = steps.name(1 / steps.root(square))
     side = steps.select(x * seen[0] + y * seen[1], ZERO, -inverse, inverse)

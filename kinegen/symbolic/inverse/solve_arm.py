@@ -15,6 +15,8 @@ from kinegen.symbolic.inverse.geometry import Planar, Waist
 from kinegen.symbolic.inverse.solutions import rest_angle
 from kinegen.symbolic.inverse.steps import ALIGNED, ONE, REACH, Angle, Steps, Swing, fixed
 
+_BESIDE = sp.Rational(1, 10**6)
+
 Amounts = tuple[tuple[JointAxis, Angle | sp.Expr], ...]
 Vectors = tuple[Vector, ...]
 
@@ -88,7 +90,14 @@ class Turned:
 
 
 def turn_waist(
-    steps: Steps, waist: Waist, point: Vector, depth: sp.Expr, near: sp.Expr, vectors: Vectors, start: Planar
+    steps: Steps,
+    waist: Waist,
+    point: Vector,
+    depth: sp.Expr,
+    near: sp.Expr,
+    vectors: Vectors,
+    start: Planar,
+    guide: Planar | None = None,
 ) -> tuple[Turned, Turned]:
     """Turn a waist so that a point comes to a given depth along axis 2.
 
@@ -100,6 +109,8 @@ def turn_waist(
         near: The squared distance within which the point counts as on axis 1.
         vectors: Vectors of the base frame that are to be turned back.
         start: Direction of the waist for a point on its axis.
+        guide: A vector of the waist's first frame to which the waist is known to turn, forward or backward; it tells
+            the direction better than a point beside the waist, where forward and backward meet.
 
     Returns:
         With the point in front and behind.
@@ -109,12 +120,37 @@ def turn_waist(
     aside = steps.name(tidy(-waist.sine * depth)) if waist.cosine == 0 else waist.cosine * height - waist.sine * depth
     level = [steps.turned(waist.first, vector) for vector in vectors]
     turned = []
-    for swing in steps.swing((x, y), steps.name(aside), near, start):
+    for found in steps.swing((x, y), steps.name(aside), near, start):
+        swing = found if guide is None or aside == 0 else _guided(steps, found, (x, y), guide)
         left = tuple(_tilted(steps, waist, (*steps.back(swing.direction, each[:2]), each[2])) for each in level)
         _, reached = steps.back(swing.direction, (x, y))
         across = (steps.name(swing.along - waist.offset), height)
         turned.append(Turned(swing, across, steps.name(reached - aside), left))
     return turned[0], turned[1]
+
+
+def _guided(steps: Steps, swing: Swing, point: Planar, guide: Planar) -> Swing:
+    """A swing along a guide where the point is nearly beside the waist and the guide is long enough."""
+    length = steps.square(guide)
+    ahead = steps.name(sum((a * b for a, b in zip(swing.direction, guide, strict=True)), sp.S.Zero))
+    inverse = steps.name(1 / steps.root(length))
+    sided = steps.select(ahead, sp.S.Zero, -inverse, inverse)
+    better = (steps.name(guide[0] * sided), steps.name(guide[1] * sided))
+    beside = steps.select(swing.along**2, _BESIDE * steps.square(point), ONE, sp.S.Zero)
+    used = steps.select(_BESIDE, length, beside, sp.S.Zero)
+
+    def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
+        return steps.select(sp.S.Zero, used, other, usual)
+
+    angle = steps.argument(better)
+    return Swing(
+        Angle(
+            chosen(angle.value, swing.angle.value), min(angle.low, swing.angle.low), max(angle.high, swing.angle.high)
+        ),
+        (chosen(better[0], swing.direction[0]), chosen(better[1], swing.direction[1])),
+        chosen(steps.name(point[0] * better[0] + point[1] * better[1]), swing.along),
+        swing.valid,
+    )
 
 
 def _tilted(steps: Steps, waist: Waist, vector: Vector) -> Vector:
