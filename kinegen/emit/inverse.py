@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from kinegen.emit.kernels import Kernels
 from kinegen.outputs import Kind
-from kinegen.symbolic.inverse.derive import family_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +31,9 @@ def branches_of(kernels: Kernels) -> Branches | None:
     """The words of a robot's inverse, or None where there is no such kernel."""
     if not any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
         return None
+    # Here, so that printing other kernels needs no sympy.
+    from kinegen.symbolic.inverse.derive import family_of  # noqa: PLC0415
+
     family = family_of(kernels.robot)
     turns = tuple(2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints)
     return Branches(family.name, family.branches, family.conditions, turns)

@@ -12,7 +12,7 @@ import jinja2
 import pytest
 from jinja2 import meta, nodes
 
-from kinegen.emit.c import batch, kernel, vectors
+from kinegen.emit.c import batch, kernel, numeric_inverse, vectors
 from kinegen.emit.environment import environment
 from kinegen.emit.python import formula, package
 from kinegen.emit.reals import Real
@@ -26,23 +26,31 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/batch.c.jinja": {"b": batch.BatchContext, "k": kernel.KernelContext},
     "c/vectors.h.jinja": {"k": vectors.VectorContext},
     "c/selftest.c.jinja": {"k": vectors.VectorContext},
+    "c/numeric_inverse.h.jinja": {"k": numeric_inverse.SolverContext},
+    "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
     "python/__init__.py.jinja": {"k": package.PackageContext},
     "python/_numpy.py.jinja": {"k": formula.FormulaContext},
 }
 ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
     kernel.Function: {"f": ("c/kernel.h.jinja", "c/kernel.c.jinja")},
     batch.BatchFunction: {"f": ("c/batch.h.jinja", "c/batch.c.jinja")},
+    batch.BatchInput: {"a": ("c/batch.c.jinja",)},
+    batch.BatchResult: {"r": ("c/batch.c.jinja",)},
     vectors.VectorCheck: {"c": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
+    vectors.VectorResult: {"r": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
     package.PublicKernel: {"f": ("python/__init__.py.jinja",)},
     formula.Formula: {"f": ("python/_numpy.py.jinja",)},
 }
 """The records that templates loop over, and what they call them."""
 
-HANDED_ON = {"kernel", "name"}
-"""Fields for emitters: the record of the scalar kernels, and what a function is called."""
+HANDED_ON = {"kernel", "name", "stored"}
+"""Fields for emitters: the record of the scalar kernels, what a function is called, what its inputs take in memory."""
 
 STRINGS = {"prefix", "qualifier"}
-"""Variables besides the records: the sine-cosine templates take them."""
+"""Variables besides the records: the templates of functions take them."""
+
+FUNCTIONS = [name for name in environment().list_templates() if re.fullmatch(r"c/_\w+_f(?:32|64)\.c\.jinja", name)]
+"""The templates of functions, one for each number type, that are included by names made of the number type."""
 
 
 @cache
@@ -54,11 +62,10 @@ def tree(template: str) -> nodes.Template:
 
 
 def with_includes(template: str) -> Iterator[nodes.Template]:
-    """A template and all that it includes; an include whose name is a variable may be either pair."""
+    """A template and all that it includes; an include whose name is a variable may be any of the functions."""
     yield tree(template)
     for name in meta.find_referenced_templates(tree(template)):
-        names = [name] if name else [f"c/_sincos_{real}.c.jinja" for real in ("f64", "f32")]
-        for included in names:
+        for included in [name] if name else FUNCTIONS:
             yield from with_includes(included)
 
 
@@ -75,7 +82,8 @@ def variables(template: str) -> set[str]:
     arguments = {
         argument.name for part in with_includes(template) for m in part.find_all(nodes.Macro) for argument in m.args
     }
-    return found - macros(template) - arguments
+    own = {each.name for part in with_includes(template) for each in part.find_all(nodes.Name) if each.ctx == "store"}
+    return found - macros(template) - arguments - own
 
 
 def attributes(template: str, variable: str) -> set[str]:
@@ -101,9 +109,8 @@ def test_every_template_is_rendered_or_included() -> None:
         for part in with_includes(template)
         for name in meta.find_referenced_templates(part)
     }
-    pairs = {f"c/_sincos_{real}.c.jinja" for real in ("f64", "f32")}
 
-    assert rendered == set(RENDERED) | {name for name in used if name} | pairs
+    assert rendered == set(RENDERED) | {name for name in used if name} | set(FUNCTIONS)
 
 
 @pytest.mark.parametrize("template", RENDERED)
@@ -150,7 +157,7 @@ def test_templates_lay_out_and_do_not_decide() -> None:
         tests = {node.name for node in tree(name).find_all(nodes.Test)}
 
         assert found == [], name
-        assert filters <= {"upper", "lower", "length", "indent", "join"}, name
+        assert filters <= {"upper", "lower", "length", "indent", "join", "map", "list"}, name
         assert tests <= {"defined", "none"}, name
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.c.arguments import declared, given
+from kinegen.emit.c.arguments import computed, declared, given
 from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
@@ -191,7 +191,7 @@ def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> 
     arguments = [array.name for array in given(program)]
     if robot.runtime_parameters:
         arguments.append(f"&{prefix(robot.name, real)}_default_params")
-    arguments += [array.name for array in program.signature.results]
+    arguments += [array.name for array in computed(program)]
     return VectorCheck(
         function=name,
         count=min(len(result.rows) for result in expected),
@@ -204,6 +204,8 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
     name = function(kernels.robot.name, program.quantity.function, real)
     arrays = program.signature.results
     for array, result in zip(arrays, expected, strict=True):
+        if not array.size:
+            continue
         ending = f"_{array.name}" if len(arrays) > 1 else ""
         entries = array.size // array.blocks
         of_frames = " for each frame" if program.frames else ""
