@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.reference import Actuation, Orientation, rotations
+from kinegen.reference import Actuation, Orientation, readings, rotations
 from kinegen.verify.known import Known, Numbers
 from kinegen.verify.splits import (
     Split,
@@ -219,7 +219,10 @@ def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
     def read(known: Known, _frame: str, found: Numbers) -> Numbers:
         return Actuation(known.robot, found, exact=known.exact).joints
 
-    return (Subject(1, lambda known, _: known.inputs["joints"], split_numbers, read),)
+    def wanted(known: Known, _frame: str) -> Numbers:
+        return known.inputs["joints"]
+
+    return (Subject(1, wanted, split_numbers, read, numbers=lambda known, _: readings(known.robot, wanted(known, ""))),)
 
 
 def _pose_of_actuators(_: Quantity) -> tuple[Subject, ...]:
