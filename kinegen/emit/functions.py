@@ -69,3 +69,29 @@ def routine_lines(routines: tuple[Routine, ...]) -> tuple[str, ...]:
 def used_routines(programs: tuple[Program, ...], real: Real) -> tuple[Routine, ...]:
     """The functions that programs call, besides sine and cosine."""
     return tuple(routine for operator, routine in ROUTINES[real].items() if uses(programs, operator))
+
+
+def needs_bits(programs: tuple[Program, ...], *, batch: bool = False) -> bool:
+    """Whether the functions that programs call look at the bits of numbers; in batch kernels selections do, too."""
+    return uses(programs, Operator.SQRT) or (batch and uses(programs, Operator.SELECT_LT))
+
+
+def function_templates(programs: tuple[Program, ...], real: Real, *, batch: bool = False) -> tuple[str, ...]:
+    """The templates of the functions that programs call besides sine and cosine, and of what these build on.
+
+    Args:
+        programs: The programs of one file.
+        real: The number type.
+        batch: Whether they are the batch kernels, in which a selection is a function.
+
+    Returns:
+        Names of templates, in order; each needs `prefix` and `qualifier` at most.
+    """
+    bits = "f64" if real is Real.DOUBLE else "f32"
+    called = [routine.template for routine in used_routines(programs, real)]
+    if batch and uses(programs, Operator.SELECT_LT):
+        called.append(f"c/_select_{bits}.c.jinja")
+    before = [f"c/_bits_{bits}.c.jinja"] if needs_bits(programs, batch=batch) else []
+    if called and not uses(programs, Operator.SIN, Operator.COS):
+        before.insert(0, f"c/_registers_{bits}.c.jinja")  # the template of the pair holds this too
+    return (*before, *called)

@@ -60,6 +60,9 @@ STATEMENTS = (
     Statement("t3", Operator.NEG, (Temporary("t1"),)),
     Statement("t4", Operator.MUL, (Temporary("t2"), Temporary("c12"))),
     Statement("t5", Operator.ADD, (Temporary("t4"), Variable(1))),
+    Statement("t6", Operator.SQRT, (Temporary("t2"),)),
+    Statement("t7", Operator.ATAN2, (Temporary("t3"), Temporary("t6"))),
+    Statement("t8", Operator.SELECT_LT, (Variable(0), HALF, Temporary("t3"), Temporary("t7"))),
 )
 Q = Array("q", (2,))
 POSITION = Program(
@@ -67,7 +70,7 @@ POSITION = Program(
     parameters=("far", "lambda"),
     angles=(AngleSum("1", "q1", False), AngleSum("12", "q1 + q2", True)),
     statements=STATEMENTS,
-    outputs=(Temporary("t0"), Temporary("t3"), Temporary("t5")),
+    outputs=(Temporary("t0"), Temporary("t8"), Temporary("t5")),
 )
 POSE = Program(
     signature=Signature(Quantity.POSE, ("tool",), 2, (Q,), (Array("base_T_tool", (4, 4), is_pose=True),)),

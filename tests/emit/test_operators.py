@@ -63,10 +63,13 @@ def test_c_prints_every_operator(real: Real, f: str) -> None:
         f"const {real} t1 = c1 * ({third});",
         f"const {real} t2 = params->far / params->lambda;",
         f"const {real} t3 = -t1;",
-        "base_p_tool[1] = t3;",
         f"const {real} t4 = t2 * c12;",
         f"const {real} t5 = t4 + q[1];",
         "base_p_tool[2] = t5;",
+        f"const {real} t6 = {stem}_sqrt(t2);",
+        f"const {real} t7 = {stem}_atan2(t3, t6);",
+        f"const {real} t8 = (q[0] < 0.5{f}) ? t3 : t7;",
+        "base_p_tool[1] = t8;",
     ]
 
 
@@ -85,9 +88,12 @@ def test_python_prints_every_operator_with_the_same_names_in_the_same_order() ->
         "t3 = -t1",
         "t4 = t2 * c12",
         "t5 = t4 + q[1]",
+        "t6 = np.sqrt(t2)",
+        "t7 = _atan2(t3, t6)",
+        "t8 = np.where(q[0] < 0.5, t3, t7)",
         "return (",
         "t0,",
-        "t3,",
+        "t8,",
         "t5,",
         ")",
     ]
@@ -95,7 +101,9 @@ def test_python_prints_every_operator_with_the_same_names_in_the_same_order() ->
 
 def expected(q: tuple[float, float], far: float, last: float) -> list[float]:
     """What the program by hand computes."""
-    return [math.sin(q[0]) - 0.5, math.cos(q[0]) / 3, far / last * math.cos(q[0] + q[1]) + q[1]]
+    third = math.cos(q[0]) / 3
+    second = third if q[0] < 0.5 else math.atan2(third, math.sqrt(far / last))
+    return [math.sin(q[0]) - 0.5, second, far / last * math.cos(q[0] + q[1]) + q[1]]
 
 
 def test_python_computes_every_operator() -> None:
@@ -114,10 +122,11 @@ def test_c_computes_every_operator(tmp_path: Path) -> None:
         (tmp_path / name).write_text(text, encoding="utf-8")
     library = tmp_path / "made_up.so"
     run([COMPILERS[0], "-std=c99", "-shared", "-fPIC", tmp_path / "made_up.c", "-o", library])
-    params, q, out = (ctypes.c_double * 2)(2.0, 5.0), (ctypes.c_double * 2)(0.3, 0.7), (ctypes.c_double * 3)()
-    ctypes.CDLL(str(library)).made_up_position(q, params, out)
+    params, out = (ctypes.c_double * 2)(2.0, 5.0), (ctypes.c_double * 3)()
+    for q in ((0.3, 0.7), (0.7, 0.3)):
+        ctypes.CDLL(str(library)).made_up_position((ctypes.c_double * 2)(*q), params, out)
 
-    assert list(out) == pytest.approx(expected((0.3, 0.7), 2.0, 5.0), rel=1e-15)
+        assert list(out) == pytest.approx(expected(q, 2.0, 5.0), rel=1e-15)
 
 
 def test_outputs_may_be_inputs_and_constants() -> None:
@@ -188,7 +197,7 @@ def test_an_operator_that_a_language_does_not_know_is_an_error(emitter: Any, lan
 
 @pytest.mark.parametrize("real", list(Real))
 def test_a_negative_number_stands_in_brackets_behind_an_operator_and_without_them_alone(real: Real) -> None:
-    printer = CPrinter(real, "sincos", ())
+    printer = CPrinter(real, "sincos", (), "made_up")
     f = "F" if real is Real.FLOAT else ""
 
     assert printer.operand(Constant(Fraction(-1, 2))) == f"(-0.5{f})"

@@ -14,11 +14,11 @@ from kinegen.emit.c.arguments import computed, given, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
-from kinegen.emit.functions import uses
+from kinegen.emit.functions import function_templates, needs_bits
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
-from kinegen.ir.program import Constant, Operator, Program
+from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, function, guard, prefix
 from kinegen.outputs import Array
 
@@ -107,7 +107,8 @@ class BatchContext:
     tile: int
     has_matrices: bool
     has_others: bool
-    selects: bool
+    routines: tuple[str, ...]
+    needs_bits: bool
     finders: tuple[tuple[str, int, int], ...]
     functions: tuple[BatchFunction, ...]
 
@@ -134,7 +135,8 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
         tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
         has_matrices=any(result.matrices for function in functions for result in function.results),
-        selects=uses(kernels.programs, Operator.SELECT_LT),
+        routines=function_templates(kernels.programs, real, batch=True),
+        needs_bits=needs_bits(kernels.programs, batch=True),
         has_others=any(not result.matrices for function in functions for result in function.results),
         finders=tuple(
             sorted({(each.finder, each.size, each.stored) for function in functions for each in function.inputs})

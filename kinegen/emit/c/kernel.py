@@ -12,7 +12,7 @@ from kinegen.emit.c.arguments import block_names, computed, given, result_places
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
-from kinegen.emit.functions import LINE, Routine, routine_lines, used_routines, uses
+from kinegen.emit.functions import LINE, function_templates, needs_bits, routine_lines, used_routines, uses
 from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
@@ -77,10 +77,9 @@ class KernelContext:
     accuracy: tuple[str, ...]
     sincos: Sincos | None
     sincos_macro: str
-    routines: tuple[Routine, ...]
+    routines: tuple[str, ...]
     routine_lines: tuple[str, ...]
-    format: str
-    roots: bool
+    needs_bits: bool
 
 
 def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -105,7 +104,6 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
     robot = kernels.robot
     header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
     names = tuple(parameter.name for parameter in robot.runtime_parameters)
-    routines = used_routines(kernels.programs, real)
     return KernelContext(
         header=header,
         source=source,
@@ -126,10 +124,9 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         accuracy=accuracy_lines(kernels, source),
         sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
         sincos_macro=sincos_macro(robot.name, real),
-        routines=routines,
-        routine_lines=routine_lines(routines),
-        format="f64" if real is Real.DOUBLE else "f32",
-        roots=uses(kernels.programs, Operator.SQRT),
+        routines=function_templates(kernels.programs, real),
+        routine_lines=routine_lines(used_routines(kernels.programs, real)),
+        needs_bits=needs_bits(kernels.programs),
     )
 
 
