@@ -1,0 +1,147 @@
+"""Test vectors and self-tests of every kind of kernel: they pass, they find what is wrong, and they are certain."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen.build import lower_file
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.vectors import Vectors, emit_vectors
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.native.compiler import find_compiler
+from kinegen.outputs import parse_quantity
+from kinegen.reference import Orientation, pose
+from kinegen.verify.subjects import FORMS
+from kinegen.verify.vectors import FEW, SAFE, compute_vectors
+from tests.builds.workshop import ROBOTS, write_robot
+
+MOVING = ("pose", "fk_jacobian", "jacobian_local", "twist", "bias_acceleration", "acceleration_world", "hessian")
+TURNED = tuple(name for form in FORMS for name in (form.value, f"{form}_jacobian"))
+POSES = ("inverse_pose", "transform_point", "adjoint")
+STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror")
+
+
+@cache
+def kernels(name: str, outputs: tuple[str, ...]) -> Kernels:
+    return lower_file(ROBOTS / f"{name}.yaml", tuple(parse_quantity(output) for output in outputs))
+
+
+@cache
+def vectors(name: str, outputs: tuple[str, ...]) -> Vectors:
+    return compute_vectors(kernels(name, outputs))
+
+
+def self_test(folder: Path, files: Mapping[str, str], stem: str) -> subprocess.CompletedProcess[str]:
+    """Compile the self-test of some files for this machine and run it."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = (f"{stem}_selftest.c", f"{stem}.c")
+    find_compiler().run(folder, (*STRICT, "-O1", "-DKINEGEN_SELFTEST_MAIN", *sources, "-o", "selftest"), sources[0])
+    return subprocess.run([folder / "selftest"], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "outputs", "real"),
+    [
+        ("puma560", MOVING + TURNED + POSES, Real.DOUBLE),
+        ("puma560", MOVING + TURNED + POSES, Real.FLOAT),
+        ("hand", ("twist", "jacobian@thumb_5", "quaternion_xyzw"), Real.DOUBLE),
+        ("calibrated_2r", ("parameter_jacobian", "fk_jacobian", "twist"), Real.FLOAT),
+        ("scara_class", TURNED, Real.DOUBLE),
+    ],
+    ids=lambda value: str(value) if isinstance(value, str) else "",
+)
+def test_self_tests_pass(name: str, outputs: tuple[str, ...], real: Real, tmp_path: Path) -> None:
+    of = kernels(name, outputs)
+    files = emit_kernel(of, real) | emit_vectors(of, vectors(name, outputs), real)
+    stem = name if real is Real.DOUBLE else f"{name}_f32"
+    result = self_test(tmp_path, files, stem)
+
+    assert result.returncode == 0, result.stdout
+    assert ": passed" in result.stdout
+
+
+WRONG = {
+    "a Jacobian beside a right pose": ("fk_jacobian", "jacobian[0] = ", "jacobian[0] = -"),
+    "a rate in another's place": ("twist", "qd[1]", "qd[2]"),
+    "half of an acceleration": ("acceleration_world", "acceleration[5] = ", "acceleration[5] = 0.5 * "),
+    "the sign of a quaternion": ("quaternion_wxyz", "quaternion_wxyz[0] = ", "quaternion_wxyz[0] = -"),
+    "an angle by more than rounding": ("rpy_zyx", "rpy_zyx[2] = ", "rpy_zyx[2] = 1e-9 + "),
+    "a position": ("inverse_pose", "b_T_a[3] = ", "b_T_a[3] = 2 * "),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_self_test_finds_what_is_wrong(case: str, tmp_path: Path) -> None:
+    output, right, wrong = WRONG[case]
+    of = kernels("puma560", (output,))
+    files = emit_kernel(of, Real.DOUBLE) | emit_vectors(of, vectors("puma560", (output,)), Real.DOUBLE)
+    assert right in files["puma560.c"]
+    result = self_test(tmp_path, files | {"puma560.c": files["puma560.c"].replace(right, wrong, 1)}, "puma560")
+
+    assert result.returncode == 1
+    assert "FAILED" in result.stdout
+
+
+def test_whole_turns_of_an_angle_do_not_matter(tmp_path: Path) -> None:
+    of = kernels("puma560", ("rpy_zyx",))
+    files = emit_kernel(of, Real.DOUBLE) | emit_vectors(of, vectors("puma560", ("rpy_zyx",)), Real.DOUBLE)
+    text = files["puma560.c"].replace("rpy_zyx[2] = ", "rpy_zyx[2] = 6.283185307179586 + ", 1)
+
+    assert self_test(tmp_path, files | {"puma560.c": text}, "puma560").returncode == 0
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_vectors_stay_away_from_jumps(form: str) -> None:
+    found = vectors("puma560", (str(form),))
+    q = np.array(found.inputs["q"], dtype=float)
+    rotation = pose(kernels("puma560", (str(form),)).robot, q)[:, 0, :3, :3]
+
+    assert len(q) == 16
+    assert Orientation(rotation).margin(form).min() > SAFE  # type: ignore[arg-type]
+
+
+def test_large_results_have_fewer_rows() -> None:
+    found = vectors("puma560", MOVING + TURNED + POSES)
+    rows = {str(quantity): len(results[0].rows) for quantity, results in found.expected.items()}
+
+    assert rows.pop("hessian") == FEW
+    assert set(rows.values()) == {16}
+
+
+def test_inputs_are_held_exactly_by_floats() -> None:
+    found = vectors("puma560", MOVING + TURNED + POSES)
+
+    assert set(found.inputs) == {"q", "qd", "qdd", "a_T_b", "b_p"}
+    for rows in found.inputs.values():
+        values = np.array(rows, dtype=float)
+        assert (values.astype(np.float32) == values).all()
+    assert np.abs(np.array(found.inputs["qd"], dtype=float)).max() <= 1
+
+
+FLIPPED = """\
+kinegen: 1
+name: flipped
+convention: standard
+units: {length: m, angle: rad}
+joints:
+  - {name: j, ets: [Rx(0.3), Rz(q), Rx(pi), Rx(-0.3)]}
+"""
+"""It always hangs upside down, so that w is zero, but not by what any single term says."""
+
+
+def test_what_rounding_decides_has_no_vectors(tmp_path: Path) -> None:
+    of = lower_file(write_robot(tmp_path, FLIPPED), (parse_quantity("pose"), parse_quantity("quaternion_wxyz")))
+    found = compute_vectors(of)
+    header = emit_vectors(of, found, Real.DOUBLE)["flipped_vectors.h"]
+
+    assert [str(quantity) for quantity in found.expected] == ["pose"]
+    assert "/* flipped_quaternion_wxyz has none: at every pose, rounding decides" in header
+    assert len(found.inputs["q"]) == 16
