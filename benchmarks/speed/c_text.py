@@ -41,7 +41,7 @@ def sincos_operations(real: Real) -> int:
 
 def floor_text(arm: Arm, real: Real) -> str:
     """The sine-cosine pairs that the pose needs, and their sum: the least that any kernel with this routine does."""
-    printer = CPrinter(real, "own_sincos", variable="q[{} * n + i]")
+    printer = _printer(arm, real, "own_sincos", "q[{} * n + i]")
     before, angles = _angles(arm.program)
     lines = [f"const {real} {each.name} = {_operation(printer, each)};" for each in before]
     terms = []
@@ -53,9 +53,14 @@ def floor_text(arm: Arm, real: Real) -> str:
 
 def arithmetic_text(arm: Arm, real: Real) -> str:
     """The whole computation of the pose, and the sum of its entries: the kernel without its transposes and stores."""
-    printer = CPrinter(real, "own_sincos", variable="q[{} * n + i]")
+    printer = _printer(arm, real, "own_sincos", "q[{} * n + i]")
     lines = printer.lines(arm.program, [None] * len(arm.program.outputs))
     return _sum_loop(real, lines, [printer.operand(each) for each in arm.program.outputs])
+
+
+def _printer(arm: Arm, real: Real, sincos: str, variable: str) -> CPrinter:
+    variables = tuple(variable.format(index) for index in range(arm.program.signature.dof))
+    return CPrinter(real, sincos, variables, "own")
 
 
 def _sum_loop(real: Real, lines: Sequence[str], terms: Sequence[str]) -> str:
@@ -76,7 +81,7 @@ def closed_form_text(arm: Arm, real: Real) -> str:
     """The same closed form as the kernels, one configuration after the other, with the sine and cosine of libm."""
     suffix = "f" if real is Real.FLOAT else ""
     places = [f"t[{row}]" for row in range(12)]
-    body = "\n    ".join(CPrinter(real, "libm_sincos").lines(arm.program, places))
+    body = "\n    ".join(_printer(arm, real, "libm_sincos", "q[{}]").lines(arm.program, places))
     return f"""#include <math.h>
 #include <stddef.h>
 
