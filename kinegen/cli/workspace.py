@@ -156,7 +156,8 @@ def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turn
     try:
         kernels = lower_file(file, (Quantity(Kind.INVERSE),))
     except KinegenError as error:
-        return f"not measured: {error.message}"
+        # The conditions that fail are the business of `kinegen inspect`.
+        return f"not measured, since {error.message.partition(':')[0]}"
     return dexterous_part(workspace, turning, find_inverse(kernels, ranges))
 
 

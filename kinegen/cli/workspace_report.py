@@ -14,7 +14,7 @@ from kinegen.cli.terminal import columns, faint, strong
 if TYPE_CHECKING:
     from kinegen.workspace.dexterous import Dexterity, Turning
     from kinegen.workspace.ranges import Range
-    from kinegen.workspace.survey import SurveyOptions, Workspace
+    from kinegen.workspace.survey import SurveyOptions, Tally, Workspace
 
 _MEASURES = {1: ("length", ""), 2: ("area", "²"), 3: ("volume", "³")}
 
@@ -97,7 +97,9 @@ def _counts(workspace: Workspace) -> Iterator[str]:
     yield ""
     where = f", in the plane of {' and '.join(shape.names)}" if shape.dimension == 2 else ""
     yield strong(f"{what} {workspace.tally.counts[2].measure:.4g} {unit}{power}{where}")
-    yield faint("low rather than high, since voxels that no pose hit are missing; the last line tells what size does")
+    yield faint(
+        "more likely low than high, as voxels that no pose hit are missing; the finer line tells what size does"
+    )
 
 
 def _dexterous(study: Study) -> Iterator[str]:
@@ -106,11 +108,16 @@ def _dexterous(study: Study) -> Iterator[str]:
         yield f"dexterous part: {found}"
         return
     shape, unit = study.workspace.shape, study.workspace.unit
-    share = found.dexterous / found.voxels
-    yield strong(f"dexterous part {found.measure:.4g} {unit}{_MEASURES[shape.dimension][1]}, {share:.1%} of the voxels")
+    what, power = _MEASURES[shape.dimension]
+    yield strong(f"dexterous part {found.measure:.4g} {unit}{power}{_share(found, study.workspace.tally, what)}")
     ways = "about one line" if study.turning.freedom == 1 else "in space"
-    tried = f"{found.orientations} orientations {ways}, at the middles of {found.voxels:,} voxels"
-    yield faint(f"high rather than low, since few stand for all: {tried}")
+    tried = f"{found.orientations} orientations {ways} stand for all, at the middles of {found.voxels:,} voxels"
+    yield faint(f"more likely high than low: {tried}")
+
+
+def _share(found: Dexterity, tally: Tally | None, what: str) -> str:
+    whole = tally.counts[2].measure if tally is not None else None
+    return f", {found.measure / whole:.1%} of the {what}" if whole else ""
 
 
 def document(study: Study, written: list[Path]) -> dict[str, Any]:

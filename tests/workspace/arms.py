@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.workspace.ranges import joint_ranges
+from kinegen.workspace.sample import FloatArray
 from kinegen.workspace.survey import SurveyOptions, Workspace, survey
 from kinegen.workspace.tip import Tip, find_tip
 
@@ -67,6 +72,19 @@ def kernels(joints: str, kind: Kind) -> Kernels:
 def tip(joints: str) -> Tip:
     """Its tip."""
     return find_tip(kernels(joints, Kind.POSITION))
+
+
+def formula_tip(robot: Robot) -> Tip:
+    """The first tip of a robot, evaluated by the NumPy form of its kernel, which takes no compiler."""
+    program = lower(derive(robot, Quantity.POSITION))
+    namespace: dict[str, Any] = {}
+    text = emit_formula(Kernels(robot, (program,), ()))["_numpy.py"]
+    exec(compile(text, "_numpy.py", "exec"), namespace)  # noqa: S102 - our own output
+
+    def position(q: FloatArray) -> FloatArray:
+        return np.stack([np.broadcast_to(row, q.shape[1:]) for row in namespace["position"](q)[:3]])
+
+    return Tip(robot.tips[0], robot.dof, tuple(range(robot.dof)), position, "numpy")
 
 
 @cache

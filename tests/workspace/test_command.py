@@ -61,7 +61,7 @@ def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[17].startswith("  area 1.88")
     assert lines[17].endswith(" m², in the plane of x and y")
     assert lines[18:] == [
-        "  low rather than high, since voxels that no pose hit are missing; the last line tells what size does",
+        "  more likely low than high, as voxels that no pose hit are missing; the finer line tells what size does",
         "  dexterous part: none, since the tip cannot turn about one line while it stands still",
     ]
 
@@ -122,7 +122,7 @@ def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("robot", "reason"),
     [
-        ("iiwa14", "not measured: iiwa14 has no closed-form inverse here: "),
+        ("iiwa14", "not measured, since iiwa14 has no closed-form inverse here"),
         ("cartesian", "none to speak of, since the tip keeps one orientation"),
         ("al5d", "none, since the tip cannot turn every way while it stands still"),
         ("spherical_arm", "none, since the arm cannot turn the tip every way"),

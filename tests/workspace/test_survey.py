@@ -6,10 +6,13 @@ from math import pi
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
 from kinegen.errors import KinegenError
+from kinegen.robot.model import Robot
 from kinegen.workspace.ranges import joint_ranges
 from kinegen.workspace.survey import SurveyOptions, survey
+from tests.chains import robots
 from tests.workspace import arms
 
 KNOWN = {
@@ -117,6 +120,24 @@ def test_another_seed_gives_other_samples_of_the_same_region() -> None:
 
     assert not (first.tally.q[:, :10] == second.tally.q[:, :10]).any()
     assert arms.measured(first) == pytest.approx(arms.measured(second), rel=0.005)
+
+
+@settings(max_examples=25)
+@given(robots(most_rows=5, runtime=False))
+def test_whatever_the_robot_the_survey_holds_together(robot: Robot) -> None:
+    """Chains and trees of any joints, evaluated by the NumPy form of their kernels."""
+    tip = arms.formula_tip(robot)
+    workspace = survey(robot, tip, joint_ranges(robot), SurveyOptions(500))
+    points = tip.position(workspace.samples.at(np.arange(500)))
+    low, high = (np.array([getattr(each, end) for each in workspace.extremes[:3]])[:, None] for end in ("low", "high"))
+
+    assert (low <= points).all()
+    assert (points <= high).all()
+    assert (workspace.tally is None) == (len(workspace.shape.axes) == 0)
+    if workspace.tally:
+        hits = [count.hit for count in workspace.tally.counts[:3]]
+        assert hits == sorted(hits)
+        assert workspace.tally.q.shape == (robot.dof, hits[-1])
 
 
 @pytest.mark.parametrize("samples", [1, 2, 3])
