@@ -32,7 +32,7 @@ three_angles = pytest.mark.parametrize("kind", ANGLES)
 @given(rotations)
 @example(np.eye(3))
 @example(FLIPPED)
-@settings(max_examples=200)
+@settings(max_examples=120)
 def test_quaternion_gives_the_rotation_back(R: Floats) -> None:
     q = coordinates(Kind.QUATERNION_WXYZ, R)
 
@@ -45,7 +45,7 @@ def test_quaternion_gives_the_rotation_back(R: Floats) -> None:
 
 
 @given(rotations)
-@settings(max_examples=200)
+@settings(max_examples=120)
 def test_rotation_vector_gives_the_rotation_back(R: Floats) -> None:
     v = coordinates(Kind.AXIS_ANGLE, R)
     angle = np.linalg.norm(v)
@@ -60,7 +60,7 @@ def test_rotation_vector_of_no_rotation_is_zero() -> None:
 
 @three_angles
 @given(R=rotations)
-@settings(max_examples=200)
+@settings(max_examples=120)
 def test_three_angles_give_the_rotation_back_everywhere(kind: Kind, R: Floats) -> None:
     angles = coordinates(kind, R)
     low, high = (0, np.pi) if kind is Kind.EULER_ZYZ else (-np.pi / 2, np.pi / 2)
@@ -72,7 +72,7 @@ def test_three_angles_give_the_rotation_back_everywhere(kind: Kind, R: Floats) -
 
 @three_angles
 @given(R=quarter_turns())
-@settings(max_examples=100)
+@settings(max_examples=60)
 def test_at_a_singularity_the_last_angle_is_zero(kind: Kind, R: Floats) -> None:
     last, length = {
         Kind.RPY_ZYX: (0, R[2, 1:]),
@@ -136,7 +136,7 @@ def distance(kind: Kind, R: Floats) -> float:
 
 @pytest.mark.parametrize("kind", FORMS)
 @given(R=rotations, omega=velocities)
-@settings(max_examples=150)
+@settings(max_examples=80)
 def test_rates_mean_the_angular_velocity(kind: Kind, R: Floats, omega: Floats) -> None:
     values, speeds = coordinates(kind, R), rates(kind, R, omega)
     near = distance(kind, R)
@@ -148,7 +148,7 @@ def test_rates_mean_the_angular_velocity(kind: Kind, R: Floats, omega: Floats) -
 
 @three_angles
 @given(R=quarter_turns(), omega=velocities)
-@settings(max_examples=100)
+@settings(max_examples=60)
 def test_at_a_singularity_only_what_three_angles_cannot_show_is_left_out(kind: Kind, R: Floats, omega: Floats) -> None:
     if distance(kind, R) == 0:
         values, speeds = coordinates(kind, R), rates(kind, R, omega)

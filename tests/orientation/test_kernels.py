@@ -32,7 +32,7 @@ def joint_vectors(robot: Robot) -> np.ndarray:
 
 @pytest.mark.parametrize("form", FORMS)
 @given(robot=robots(most_rows=3))
-@settings(max_examples=6)
+@settings(max_examples=5)
 def test_coordinates_of_every_tip_are_its_rotation(form: Kind, robot: Robot) -> None:
     q = joint_vectors(robot)
     entries = run(robot, lower(derive(robot, Quantity(form))), q, exact_defaults(robot))
@@ -44,7 +44,7 @@ def test_coordinates_of_every_tip_are_its_rotation(form: Kind, robot: Robot) -> 
 
 @pytest.mark.parametrize("kind", JACOBIANS)
 @given(robot=robots(most_rows=3))
-@settings(max_examples=6)
+@settings(max_examples=5)
 def test_jacobians_of_coordinates_are_those_of_the_reference(kind: Kind, robot: Robot) -> None:
     assume(robot.dof)
     q = joint_vectors(robot)
