@@ -24,14 +24,13 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.QUATERNION_WXYZ: "Orientation of {frame} as a unit quaternion w, x, y, z with w >= 0",
         Kind.QUATERNION_XYZW: "Orientation of {frame} as a unit quaternion x, y, z, w with w >= 0",
         Kind.RPY_ZYX: "Orientation of {frame} as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)",
-        Kind.RPY_XYZ: "Orientation of {frame} as angles a, b, c with R = Rx(a) Ry(b) Rz(c)",
+        Kind.RPY_XYZ: "Orientation of {frame} as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw)",
         Kind.EULER_ZYZ: "Orientation of {frame} as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi)",
         Kind.AXIS_ANGLE: "Orientation of {frame} as rotation vector: its axis times the angle in 0 to pi",
         Kind.QUATERNION_WXYZ_JACOBIAN: "Derivative of the quaternion w, x, y, z of {frame} by the joint variables",
         Kind.QUATERNION_XYZW_JACOBIAN: "Derivative of the quaternion x, y, z, w of {frame} by the joint variables",
-        Kind.RPY_ZYX_JACOBIAN: "Derivative of roll, pitch, yaw of {frame} by the joint variables",
-        Kind.RPY_XYZ_JACOBIAN: "Derivative of the angles a, b, c (R = Rx(a) Ry(b) Rz(c)) of {frame} by the joint "
-        "variables",
+        Kind.RPY_ZYX_JACOBIAN: "Derivative of roll, pitch, yaw (Rz Ry Rx) of {frame} by the joint variables",
+        Kind.RPY_XYZ_JACOBIAN: "Derivative of roll, pitch, yaw (Rx Ry Rz) of {frame} by the joint variables",
         Kind.EULER_ZYZ_JACOBIAN: "Derivative of the angles phi, theta, psi (zyz) of {frame} by the joint variables",
         Kind.AXIS_ANGLE_JACOBIAN: "Derivative of the rotation vector of {frame} by the joint variables",
         Kind.PARAMETER_JACOBIAN: f"Motion of {{frame}} for each parameter, {_ROWS}, {{reference}}",
@@ -66,6 +65,19 @@ _INPUT: Mapping[str, str] = MappingProxyType(
     }
 )
 
+_RESULT: Mapping[str, str] = MappingProxyType(
+    {
+        "quaternion_wxyz": "w, x, y, z; w >= 0",
+        "quaternion_xyzw": "x, y, z, w; w >= 0",
+        "rpy_zyx": "roll, pitch, yaw; roll is 0 where pitch is a quarter turn",
+        "rpy_xyz": "roll, pitch, yaw; yaw is 0 where pitch is a quarter turn",
+        "euler_zyz": "phi, theta, psi; psi is 0 where the sine of theta is",
+        "axis_angle": "x, y, z",
+        "a_p": "x, y, z",
+        "b_p": "x, y, z",
+    }
+)
+
 
 def brief(quantity: Quantity) -> str:
     """What a kernel computes, in one sentence."""
@@ -86,8 +98,10 @@ def result_text(array: Array) -> str:
     if array.is_pose:
         return "4x4 matrix, row by row"
     shape = array.shape[1:] if array.per_frame else array.shape
-    if array.name.startswith("base_p_") or array.name in ("a_p", "b_p"):
+    if array.name.startswith("base_p_"):
         return "x, y, z"
+    if array.name in _RESULT:
+        return _RESULT[array.name]
     if len(shape) == 1:
         return f"{shape[0]} numbers"
     return f"{'x'.join(map(str, shape))} {'matrix' if len(shape) == 2 else 'array'}, row by row"
