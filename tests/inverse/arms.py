@@ -16,9 +16,9 @@ from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import joint_box
 from kinegen.robot.load import loads
 from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.inverse.derive import derive_inverse
 from kinegen.symbolic.inverse.family import Aim, Family
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
-from kinegen.symbolic.inverse.derive import derive_inverse
 
 Floats = NDArray[np.float64]
 
@@ -70,11 +70,11 @@ def robots(draw: st.DrawFn, kind: str) -> Robot:
     after = [f"Rz({draw(_angles)})"] if kind.startswith(("planar", "SCARA")) else [f"Rx({draw(_angles)})", "Tx(c)"]
     lines: list[str] = []
     shifted = "a: 0, alpha: 0"
-    for number, (letter, a, d, alpha) in enumerate(rows, start=1):
-        d = draw(_offsets) if d == "." else d
+    for number, (letter, a, offset, alpha) in enumerate(rows, start=1):
+        length = draw(_offsets) if offset == "." else offset
         turns = letter == "R"
         theta = draw(_turns if turns else _sideways if rows[1][0] == rows[0][0] == "P" else _quarters)
-        d = d if turns else f"{draw(_strokes)} + {d}"
+        d = length if turns else f"{draw(_strokes)} + {length}"
         limits = f", limits: [{draw(st.integers(-400, -100))}, {draw(st.integers(100, 400))}]" if turns else ""
         limits = limits if draw(st.booleans()) else ""
         if convention == "standard":

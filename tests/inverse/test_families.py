@@ -1,0 +1,83 @@
+"""Arms of every family, in any convention: solutions lead back, and the joint vector that was asked for is one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinegen import reference
+from kinegen.robot.model import Robot
+from kinegen.verify.samples import singular_samples
+from tests.inverse.arms import DISTAL, Arm, arm_of, distances, errors, evaluate, joint_vectors, robots
+
+NAMES = {
+    "cylindrical arm, lift first": "cylindrical arm",
+    "anthropomorphic arm, offset waist": "anthropomorphic arm",
+    "arm with spherical wrist": "arm with parallel axes 2, 3 and spherical wrist",
+    "arm with spherical wrist, waist aslant": "arm with parallel axes 2, 3 and spherical wrist",
+    "arm with spherical wrist, equal links": "arm with parallel axes 2, 3 and spherical wrist",
+    "Stanford": "Stanford type: spherical arm with spherical wrist",
+    "gantry with wrist": "Cartesian arm with spherical wrist",
+    "UR type": "UR type: parallel axes 2, 3, 4",
+    "UR type, offset waist": "UR type: parallel axes 2, 3, 4",
+    "AL5D type": "AL5D type: waist, parallel axes 2, 3, 4, roll",
+    "AL5D type, offset hand": "AL5D type: waist, parallel axes 2, 3, 4, roll",
+}
+
+
+@pytest.mark.parametrize("kind", DISTAL)
+def test_every_solution_leads_back_and_none_is_missed(kind: str) -> None:
+    @settings(max_examples=2)
+    @given(robots(kind), st.integers(0, 10**6))
+    def check(robot: Robot, seed: int) -> None:
+        arm = arm_of(robot)
+
+        assert arm.family.name == NAMES.get(kind, kind)
+        _check_random(arm, seed)
+        _check_singular(arm)
+
+    check()
+
+
+def _check_random(arm: Arm, seed: int) -> None:
+    q = joint_vectors(arm.robot, 200, seed)
+    poses = reference.pose(arm.robot, q)[:, 0]
+    solutions, valid = evaluate(arm, poses)
+    solved = valid != 0
+
+    assert set(np.unique(valid)) <= {0.0, 1.0}
+    assert np.isfinite(solutions[solved]).all()
+    assert errors(arm, solutions, poses)[solved].max() < 1e-9
+    assert np.where(solved, distances(arm, solutions, q), np.inf).min(axis=1).max() < 1e-6
+
+
+def _check_singular(arm: Arm) -> None:
+    """Where any turn of a joint would do, the one that is chosen leads back too; limits may leave none."""
+    q = singular_samples(arm.robot)
+    poses = reference.pose(arm.robot, q)[:, 0]
+    solutions, valid = evaluate(arm, poses)
+    solved = valid != 0
+
+    assert np.isfinite(solutions[solved]).all()
+    assert errors(arm, solutions, poses)[solved].max(initial=0.0) < 1e-9
+    assert solved.any(axis=1).all() or any(joint.limits for joint in arm.family.axes.joints)
+
+
+@pytest.mark.parametrize("kind", ["arm with spherical wrist", "planar 3R", "Stanford"])
+def test_solutions_keep_within_the_limits(kind: str) -> None:
+    @settings(max_examples=2)
+    @given(robots(kind), st.integers(0, 10**6))
+    def check(robot: Robot, seed: int) -> None:
+        arm = arm_of(robot)
+        solutions, valid = evaluate(arm, reference.pose(robot, joint_vectors(robot, 200, seed))[:, 0])
+        for joint in arm.family.axes.joints:
+            if joint.limits is not None:
+                low, high = map(float, joint.limits)
+                values = solutions[valid != 0][:, joint.number - 1]
+
+                assert low - 2e-9 <= values.min()
+                assert values.max() <= high + 2e-9
+
+    check()

@@ -1,0 +1,142 @@
+"""The inverse of a package: targets are checked, the nearest solution is chosen, and a wrong kernel is refused."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from kinegen.emit.files import emit_files
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.errors import ProofError
+from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.native.package import load_package
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.load import load
+from kinegen.symbolic.derive import derive
+from kinegen.verify import inverse as proof
+from kinegen.verify.inverse import try_inverse
+from kinegen.verify.vectors import compute_vectors
+
+ROBOTS = Path(__file__).parents[2] / "robots"
+INVERSE = Quantity(Kind.INVERSE)
+ROBOT = load(ROBOTS / "ur5.yaml")
+
+
+def write(folder: Path, change: tuple[str, str] = ("", "")) -> ModuleType:
+    """The package of a UR5 in NumPy alone, with one place of its formulas changed."""
+    programs = tuple(lower(derive(ROBOT, quantity)) for quantity in (Quantity.POSE, INVERSE))
+    kernels = Kernels(ROBOT, programs, runtime_defaults(ROBOT))
+    folder = folder / ROBOT.name
+    folder.mkdir()
+    for name, text in emit_files(kernels, (Real.DOUBLE,), compute_vectors(kernels)).files.items():
+        (folder / name).write_text(re.sub(*change, text) if name == "_numpy.py" and change[0] else text)
+    return load_package(folder)
+
+
+@pytest.fixture(scope="module")
+def ur5(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    return write(tmp_path_factory.mktemp("package"))
+
+
+def joints(count: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-2 * np.pi, 2 * np.pi, (count, 6))
+
+
+def test_solutions_and_their_names(ur5: ModuleType) -> None:
+    q = joints(50)
+    solutions, valid = ur5.inverse(ur5.fk(q))
+
+    assert solutions.shape == (50, 8, 6)
+    assert valid.dtype == bool
+    assert len(ur5.BRANCHES) == 8
+    np.testing.assert_allclose(ur5.fk(solutions[valid]), np.repeat(ur5.fk(q), valid.sum(axis=1), axis=0), atol=1e-9)
+
+
+def test_the_nearest_solution_takes_whole_turns_within_the_limits(ur5: ModuleType) -> None:
+    q = joints(200, 1)
+    found, exists = ur5.inverse(ur5.fk(q), nearest=q + 1e-3)
+
+    assert exists.all()
+    np.testing.assert_allclose(found, q, atol=1e-6)
+    assert np.abs(found).max() <= 2 * np.pi + 1e-9
+
+
+def test_one_target_one_start(ur5: ModuleType) -> None:
+    q = joints(1, 2)[0]
+    found, exists = ur5.inverse(ur5.fk(q), nearest=q)
+
+    assert exists.shape == ()
+    np.testing.assert_allclose(found, q, atol=1e-9)
+    far = np.eye(4)
+    far[0, 3] = 5
+    found, exists = ur5.inverse(far, nearest=q)
+    assert not exists
+    assert np.isnan(found).all()
+
+
+def _spoilt(row: int, column: int, value: float) -> np.ndarray:
+    target = np.eye(4)
+    target[row, column] = value
+    return target
+
+
+@pytest.mark.parametrize(
+    ("target", "reason"),
+    [
+        (_spoilt(1, 3, np.nan), "not finite"),
+        (_spoilt(0, 1, 0.1), "not orthonormal"),
+        (np.diag([1.0, 1.0, -1.0, 1.0]), "reflection"),
+        (np.eye(4) * 2, "last row"),
+        (np.eye(3), r"shape \(3, 3\)"),
+        (np.stack([np.eye(4), _spoilt(2, 2, np.inf)]), r"base_T_tool\[1\]"),
+    ],
+)
+def test_what_is_no_pose_is_refused(ur5: ModuleType, target: np.ndarray, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        ur5.inverse(target)
+
+
+def test_other_uses_are_refused_in_words(ur5: ModuleType) -> None:
+    with pytest.raises(ValueError, match="nearest has shape"):
+        ur5.inverse(np.eye(4), nearest=np.zeros(5))
+    with pytest.raises(ValueError, match="nearest goes with neither out"):
+        ur5.inverse(np.eye(4), nearest=np.zeros(6), out=(np.empty((8, 6)), np.empty(8)))
+
+
+def test_it_is_pickled_by_name(ur5: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, ur5.__name__, ur5)
+    assert pickle.loads(pickle.dumps(ur5.inverse)) is ur5.inverse  # noqa: S301 - our own bytes
+
+
+def test_the_proof_counts_what_it_tried(ur5: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proof, "TARGETS", 3000)
+    (trial,) = try_inverse(ROBOT, ur5, INVERSE, "double")
+
+    assert trial.position_error < 1e-12
+    assert trial.rotation_error < 1e-12
+    assert [name for name, _, _ in trial.special] == ["singular and extreme", "stretched or folded", "aligned"]
+    assert all(solved == tried for _, tried, solved in trial.special)
+    assert proof.counts_line(trial).startswith("inverse: 3,000 random targets")
+
+
+@pytest.mark.parametrize(
+    ("change", "outcome"),
+    [
+        ((r"(t\d+) = _atan2\((\w+), (\w+)\)", r"\1 = _atan2(-\2, \3)"), "misses the joint vectors"),
+        ((r"np\.where\((t\d+) < 1000000000000000\.0, .*", r"np.ones_like(\1)"), "solves for targets with NaN"),
+        ((r"np\.where\((t\d+) < 1e-11, .*", r"np.ones_like(\1)"), "solves for targets out of reach"),
+    ],
+)
+def test_a_wrong_inverse_cannot_pass(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: tuple[str, str], outcome: str
+) -> None:
+    monkeypatch.setattr(proof, "TARGETS", 1000)
+    with pytest.raises(ProofError, match=outcome):
+        try_inverse(ROBOT, write(tmp_path, change), INVERSE, "double")

@@ -1,0 +1,132 @@
+"""Which arms are recognised, whatever their tables look like, and what is said of the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kinegen.errors import KinegenError
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.load import load, loads
+from kinegen.symbolic.derive import derive
+from kinegen.symbolic.inverse.constants import constants
+from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.recognise import Unknown, recognise
+
+ROBOTS = Path(__file__).parents[2] / "robots"
+
+WRIST = "arm with parallel axes 2, 3 and spherical wrist"
+UR = "UR type: parallel axes 2, 3, 4"
+FIVE = "AL5D type: waist, parallel axes 2, 3, 4, roll"
+
+FAMILIES = {
+    "al5d": FIVE,
+    "anthropomorphic_arm": "anthropomorphic arm",
+    "anthropomorphic_wrist": WRIST,
+    "cartesian": "Cartesian arm",
+    "cylindrical_arm": "cylindrical arm",
+    "fanuc_10l": WRIST,
+    "kr5": WRIST,
+    "motoman_l3": FIVE,
+    "planar_3r": "planar 3R",
+    "planar_3r_standard": "planar 3R",
+    "puma560": WRIST,
+    "puma560_mm": WRIST,
+    "scara": "SCARA, joints RRP",
+    "scara_class": "SCARA, joints RRP",
+    "scara_hd": "SCARA, joints RRP",
+    "spherical_arm": "spherical arm",
+    "stanford": "Stanford type: spherical arm with spherical wrist",
+    "tx60": WRIST,
+    "ur16e": UR,
+    "ur3": UR,
+    "ur5": UR,
+}
+
+REASONS = {
+    "blocks": "it has no joint variable",
+    "hand": "it has 5 tips, not one",
+    "screw": "joint 1 (spindle) moves more than one thing: a screw, or a row that follows it",
+    "panda": "no family of closed forms has the joints RRRRRRR",
+    "calibrated_2r": "joint 2 (joint_2): its direction depends on the runtime parameter skew, tilt",
+    "jaco2": "not an arm with a spherical wrist: axes 4 and 5 are not at right angles: they stand at 60 deg",
+    "rrr_nonplanar_1": "not an arm that puts a point in its place: the point that joint 3 is to carry lies on its axis",
+    "rpr_polar": "not an arm that puts a point in its place: no family of closed forms begins with the joints RPR",
+}
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_textbook_and_factory_arms_are_recognised(name: str) -> None:
+    family = recognise(load(ROBOTS / f"{name}.yaml"))
+
+    assert isinstance(family, Family)
+    assert family.name == FAMILIES[name]
+    assert len(set(family.branches)) == len(family.branches)
+
+
+@pytest.mark.parametrize("name", REASONS)
+def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> None:
+    unknown = recognise(load(ROBOTS / f"{name}.yaml"))
+
+    assert isinstance(unknown, Unknown)
+    assert REASONS[name] in unknown.reasons
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("forearm,    alpha: -90", "forearm,    alpha: -89.9999", None),
+        ("wrist_bend, alpha: 90,  a: 0", "wrist_bend, alpha: 90,  a: 0.001", "joints 4, 5, 6 do not meet in one point"),
+        (
+            "wrist_bend, alpha: 90",
+            "wrist_bend, alpha: 89",
+            "axes 4 and 5 are not at right angles: they stand at 89 deg",
+        ),
+        ("elbow,      alpha: 0", "elbow,      alpha: 0.01", "axes 2 and 3 are not parallel: they stand at 0.01 deg"),
+        ("shoulder,   alpha: -90", "shoulder,   alpha: 0", "axes 1 and 2 are parallel"),
+    ],
+)
+def test_conditions_are_exact(old: str, new: str, reason: str | None) -> None:
+    text = (ROBOTS / "puma560.yaml").read_text(encoding="utf-8")
+    assert old in text
+    found = recognise(loads(text.replace(old, new), "puma560.yaml"))
+
+    if reason is None:
+        assert isinstance(found, Family)
+    else:
+        assert isinstance(found, Unknown)
+        assert any(reason in line for line in found.reasons)
+
+
+def test_both_tables_of_the_puma_have_the_same_constants() -> None:
+    """Fu, Gonzalez and Lee's distal table in mm against Craig's proximal one: other lengths, the same geometry."""
+    ours, theirs = (recognise(load(ROBOTS / f"{name}.yaml")) for name in ("puma560", "puma560_mm"))
+
+    assert isinstance(ours, Family)
+    assert isinstance(theirs, Family)
+    assert [constant.text for constant in constants(ours)] == [constant.text for constant in constants(theirs)]
+    assert constants(theirs)[2].value == pytest.approx(431.8)
+    assert constants(theirs)[3].value == pytest.approx((20.32**2 + 433.07**2) ** 0.5)
+    assert abs(constants(theirs)[4].value) == pytest.approx(149.09)
+
+
+def test_runtime_lengths_stay_in_the_formulas() -> None:
+    text = (
+        (ROBOTS / "puma560.yaml")
+        .read_text(encoding="utf-8")
+        .replace("a3: 0.0203", "a3: {value: 0.0203, runtime: true}")
+    )
+    robot = loads(text, "puma560.yaml")
+    family = recognise(robot)
+
+    assert isinstance(family, Family)
+    assert [each.runtime for each in constants(family)].count(("a3",)) == 1
+    assert [str(symbol) for symbol in derive(robot, Quantity(Kind.INVERSE)).parameters] == ["a3"]
+
+
+def test_a_build_names_the_conditions_and_offers_the_numeric_inverse() -> None:
+    with pytest.raises(
+        KinegenError, match=r"jaco2 has no closed-form inverse here: .*60 deg.*the numeric inverse serves"
+    ):
+        derive(load(ROBOTS / "jaco2.yaml"), Quantity(Kind.INVERSE))
