@@ -35,8 +35,8 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.AXIS_ANGLE_JACOBIAN: "Derivative of the rotation vector of {frame} by the joint variables",
         Kind.PARAMETER_JACOBIAN: f"Motion of {{frame}} for each parameter, {_ROWS}, {{reference}}",
         Kind.INVERSE_POSE: "Inverse of a pose",
-        Kind.TRANSFORM_POINT: "A point given in the frame of a pose, in the frame that the pose is given in",
-        Kind.ADJOINT: "Adjoint of a pose: it turns a twist of the moved frame, linear, then angular, into the other",
+        Kind.TRANSFORM_POINT: "A point of frame b, given the pose of b in a, as a point of frame a",
+        Kind.ADJOINT: "Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a",
         Kind.ACTUATORS_TO_JOINTS: "Joint vector for readings of the actuators",
         Kind.JOINTS_TO_ACTUATORS: "Readings of the actuators for a joint vector",
         Kind.FK_ACTUATORS: "Pose of {frame} in the base frame for readings of the actuators",
@@ -61,7 +61,7 @@ _INPUT: Mapping[str, str] = MappingProxyType(
         "actuators": "readings of the actuators",
         "qd": "joint velocities, per second",
         "qdd": "joint accelerations, per second squared",
-        "point": "x, y, z",
+        "a_T_b": "pose of a frame b in a frame a, 4x4 matrix, row by row",
     }
 )
 
@@ -69,9 +69,9 @@ _RESULT: Mapping[str, str] = MappingProxyType(
     {
         "quaternion_wxyz": "w, x, y, z; w >= 0",
         "quaternion_xyzw": "x, y, z, w; w >= 0",
-        "rpy_zyx": "roll, pitch, yaw; roll is 0 where pitch is a quarter turn",
-        "rpy_xyz": "roll, pitch, yaw; yaw is 0 where pitch is a quarter turn",
-        "euler_zyz": "phi, theta, psi; psi is 0 where the sine of theta is",
+        "rpy_zyx": "roll, pitch, yaw; at pitch +-pi/2 roll is 0",
+        "rpy_xyz": "roll, pitch, yaw; at pitch +-pi/2 yaw is 0",
+        "euler_zyz": "phi, theta, psi; at theta 0 and pi psi is 0",
         "axis_angle": "x, y, z",
         "a_p": "x, y, z",
         "b_p": "x, y, z",

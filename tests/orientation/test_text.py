@@ -26,7 +26,7 @@ def test_an_orientation_without_its_order_is_refused_with_the_list(word: str, na
     assert caught.value.message == f"unknown output '{word}' (expected {names})"
 
 
-@pytest.mark.parametrize("kind", (*FORMS, *JACOBIANS))
+@pytest.mark.parametrize("kind", [*FORMS, *JACOBIANS])
 def test_the_text_of_an_output_says_its_order(kind: Kind) -> None:
     text = brief(Quantity(kind))
 
