@@ -71,9 +71,10 @@ def used_routines(programs: tuple[Program, ...], real: Real) -> tuple[Routine, .
     return tuple(routine for operator, routine in ROUTINES[real].items() if uses(programs, operator))
 
 
-def needs_bits(programs: tuple[Program, ...], *, batch: bool = False) -> bool:
+def needs_bits(programs: tuple[Program, ...], real: Real, *, batch: bool = False) -> bool:
     """Whether the functions that programs call look at the bits of numbers; in batch kernels selections do, too."""
-    return uses(programs, Operator.SQRT) or (batch and uses(programs, Operator.SELECT_LT))
+    arc_tangent = real is Real.DOUBLE and uses(programs, Operator.ATAN2)
+    return arc_tangent or uses(programs, Operator.SQRT) or (batch and uses(programs, Operator.SELECT_LT))
 
 
 def function_templates(programs: tuple[Program, ...], real: Real, *, batch: bool = False) -> tuple[str, ...]:
@@ -91,7 +92,7 @@ def function_templates(programs: tuple[Program, ...], real: Real, *, batch: bool
     called = [routine.template for routine in used_routines(programs, real)]
     if batch and uses(programs, Operator.SELECT_LT):
         called.append(f"c/_select_{bits}.c.jinja")
-    before = [f"c/_bits_{bits}.c.jinja"] if needs_bits(programs, batch=batch) else []
+    before = [f"c/_bits_{bits}.c.jinja"] if needs_bits(programs, real, batch=batch) else []
     if called and not uses(programs, Operator.SIN, Operator.COS):
         before.insert(0, f"c/_registers_{bits}.c.jinja")  # the template of the pair holds this too
     return (*before, *called)

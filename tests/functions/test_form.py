@@ -28,7 +28,7 @@ REAL = r"(?:double|float|uint\d\d_t|kg_bits)"
 VALUE = r"[-\w.]+(?:[eE][+-]\d+F?)?"
 SIMPLE = re.compile(
     rf"(?:const {REAL} \w+|\w+\.\w+) = "
-    rf"(?:{VALUE} [-+*/&|] {VALUE}|{VALUE} >> \d+|[-~]?{VALUE}|\({VALUE} [<>]=? {VALUE}\) \? {VALUE} : {VALUE})"
+    rf"(?:{VALUE} [-+*/&|^] {VALUE}|{VALUE} (?:>>|<<) \d+|[-~]?{VALUE}|\({VALUE} [<>]=? {VALUE}\) \? {VALUE} : {VALUE})"
     rf"|kg_bits \w+|return {VALUE}(?: \* {VALUE})?|return __builtin_sqrtf?\(number\)"
 )
 """A declaration, or one operation."""

@@ -136,7 +136,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
         has_matrices=any(result.matrices for function in functions for result in function.results),
         routines=function_templates(kernels.programs, real, batch=True),
-        needs_bits=needs_bits(kernels.programs, batch=True),
+        needs_bits=needs_bits(kernels.programs, real, batch=True),
         has_others=any(not result.matrices for function in functions for result in function.results),
         finders=tuple(
             sorted({(each.finder, each.size, each.stored) for function in functions for each in function.inputs})

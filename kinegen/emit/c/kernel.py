@@ -126,7 +126,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         sincos_macro=sincos_macro(robot.name, real),
         routines=function_templates(kernels.programs, real),
         routine_lines=routine_lines(used_routines(kernels.programs, real)),
-        needs_bits=needs_bits(kernels.programs),
+        needs_bits=needs_bits(kernels.programs, real),
     )
 
 
