@@ -59,13 +59,12 @@ def movers(route: Route, symbol: int) -> tuple[Mover, ...]:
     )
 
 
-def angular(route: Route, moving: Sequence[Mover]) -> Vector:
-    """The angular velocity by one symbol, in the axes of the start."""
-    ways = route.ways(_sum((mover.place[0], mover.axis) for mover in moving if mover.mark.is_turn))
-    return route.ledger.buy(route.ledger.cheapest(ways))
+def angular(route: Route, moving: Sequence[Mover]) -> Iterable[Vector]:
+    """The angular velocity by one symbol, in the axes of the start, in several ways."""
+    return route.ways(_sum((mover.place[0], mover.axis) for mover in moving if mover.mark.is_turn))
 
 
-def linear(route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) -> Vector:
+def linear(route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) -> Iterator[Vector]:
     """The velocity of the end of the chain by one symbol, in the axes of the start.
 
     Args:
@@ -74,13 +73,9 @@ def linear(route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) 
         turning: The angular velocity by the symbol.
         end: The end of the chain as seen from the start.
 
-    Returns:
-        The cheapest of many ways.
+    Yields:
+        The same vector, computed in many ways.
     """
-    return route.ledger.buy(route.ledger.cheapest(_linear_ways(route, moving, turning, end)))
-
-
-def _linear_ways(route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) -> Iterator[Vector]:
     yield from route.ways(_levered(moving, route.lever))
     yield from route.ways(_levered(moving, lambda place: route.ahead(place, end)))
     yield from route.ways(_behind(route, moving))
@@ -91,7 +86,7 @@ def _linear_ways(route: Route, moving: Sequence[Mover], turning: Vector, end: Ve
         yield tape.vector(cross(turning, tape.vector(minus(end, route.point(place)))))
 
 
-def moment(route: Route, moving: Sequence[Mover], turning: Vector) -> Vector:
+def moment(route: Route, moving: Sequence[Mover], turning: Vector) -> Iterator[Vector]:
     """The velocity by one symbol of the point of the end body that passes through the start, in the axes of the start.
 
     Args:
@@ -99,13 +94,9 @@ def moment(route: Route, moving: Sequence[Mover], turning: Vector) -> Vector:
         moving: The marks that depend on the symbol.
         turning: The angular velocity by the symbol.
 
-    Returns:
-        The cheapest of several ways.
+    Yields:
+        The same vector, computed in several ways.
     """
-    return route.ledger.buy(route.ledger.cheapest(_moment_ways(route, moving, turning)))
-
-
-def _moment_ways(route: Route, moving: Sequence[Mover], turning: Vector) -> Iterator[Vector]:
     tape = route.ledger.tape
     if len(moving) == 1 and moving[0].mark.is_turn:
         place, axis = moving[0].place, moving[0].mark.axis
@@ -114,20 +105,22 @@ def _moment_ways(route: Route, moving: Sequence[Mover], turning: Vector) -> Iter
     shifting = turned = NULL
     first = min((mover.place[0] for mover in moving), default=0)
     for level in range(max((mover.place[0] for mover in moving), default=0), -1, -1):
-        here = [mover for mover in moving if mover.place[0] == level]
-        for mover in here:
-            if mover.mark.is_turn:
-                offset = pieces(route.marked.levels[level][: mover.place[1]])
-                shifting = tape.vector(total(shifting, cross(offset, mover.axis)))
-                turned = tape.vector(total(turned, mover.axis))
-            else:
-                shifting = tape.vector(total(shifting, mover.axis))
+        for mover in moving:
+            if mover.place[0] == level:
+                shifting = tape.vector(total(shifting, _moment(route, mover)))
+                turned = tape.vector(total(turned, mover.axis)) if mover.mark.is_turn else turned
         if level <= first:
             far = cross(route.point((level, 0)), turning)
             yield tape.vector(total(route.outwards(level, shifting), far))
         if level:
             shifting, turned = route.back(level, shifting), route.back(level, turned)
             shifting = tape.vector(total(shifting, cross(pieces(route.marked.levels[level - 1]), turned)))
+
+
+def _moment(route: Route, mover: Mover) -> Vector:
+    """The velocity that one mark gives the origin of its level."""
+    level, index = mover.place
+    return cross(pieces(route.marked.levels[level][:index]), mover.axis) if mover.mark.is_turn else mover.axis
 
 
 def _levered(moving: Iterable[Mover], lever: Callable[[Place], Vector]) -> dict[int, Vector]:

@@ -7,14 +7,14 @@ the rotation is made of decides what the velocities can share with it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 
 import sympy as sp
 
 from kinegen.outputs import Reference
-from kinegen.symbolic.columns import Motion, angular, linear, moment, movers
+from kinegen.symbolic.columns import Motion, Mover, angular, linear, moment, movers
 from kinegen.symbolic.expressions import Definition, cost
 from kinegen.symbolic.fold import UPRIGHT, Vector, fold
 from kinegen.symbolic.ledger import Ledger
@@ -103,7 +103,10 @@ def derivative_of(
     chains: Sequence[Driven], reference: Reference = Reference.LOCAL_WORLD_ALIGNED, with_poses: bool = False
 ) -> Derivative:
     """The same for chains whose transforms grow at given rates, whatever these come from."""
-    plans = (_Rotation.OUTWARDS, _Rotation.AS_POSE if with_poses else _Rotation.NONE)
+    plans = [_Rotation.OUTWARDS, _Rotation.AS_POSE if with_poses else _Rotation.NONE]
+    if not with_poses and all(chain.count >= len(chain.steps) for chain in chains):
+        # Every axis on the way is the axis of some symbol, and only this plan gives them all.
+        plans = [_Rotation.OUTWARDS]
     found = [_Attempt(Ledger(), reference, plan, with_poses).derive(chains) for plan in plans]
     return min(found, key=lambda each: cost(each.definitions, each.entries))
 
@@ -144,39 +147,47 @@ class _Attempt:
         rotation = self._rotation(chain.steps, seen)
         end = self.ledger.cheapest(route.positions())
         if self.with_poses:
-            self.ledger.buy(end)
-        motions = self._motions(seen, end, chain.count)
+            self.ledger.choose([end])
+        motions = self._motions(seen, end, chain.count, () if self.with_poses else rotation)
         if self.reference is Reference.LOCAL:
             motions = tuple(motion.turned(attitude, -1) for motion in motions)
         if not self.with_poses:
             return (), motions
         return tuple(pose_entries(rotation, end, route.marked.attitude)), motions
 
-    def _motions(self, route: Route, end: Vector, count: int) -> tuple[Motion, ...]:
+    def _motions(self, route: Route, end: Vector, count: int, lent: Sequence[Vector]) -> tuple[Motion, ...]:
+        """The velocities, chosen from the base to the tip and once more on the way back, when all others are known.
+
+        What is lent counts as paid for on the way there only.
+        """
         moving = [movers(route, index) for index in range(count)]
-        # From the tip to the base: the long ways there leave most for the others to share.
-        order = sorted(range(len(moving)), key=lambda index: [mover.place for mover in moving[index]], reverse=True)
-        turning = {index: angular(route, moving[index]) for index in order}
-        aligned = self.reference is Reference.LOCAL_WORLD_ALIGNED
-        shifting = {
-            index: linear(route, moving[index], turning[index], end)
-            if aligned
-            else moment(route, moving[index], turning[index])
-            for index in order
-        }
-        return tuple(Motion(shifting[index], turning[index]) for index in range(len(moving)))
+        order = sorted(range(count), key=lambda index: [mover.place for mover in moving[index]])
+        choose = self.ledger.choose
+        turning = {index: choose(angular(route, moving[index])) for index in order}
+        shifting = {index: choose(self._linear(route, moving[index], turning[index], end)) for index in order}
+        for vector in lent:
+            self.ledger.give_back(vector)
+        for index in reversed(order):
+            turning[index] = choose(angular(route, moving[index]), turning[index])
+            shifting[index] = choose(self._linear(route, moving[index], turning[index], end), shifting[index])
+        return tuple(Motion(shifting[index], turning[index]) for index in range(count))
+
+    def _linear(self, route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) -> Iterable[Vector]:
+        if self.reference is Reference.LOCAL_WORLD_ALIGNED:
+            return linear(route, moving, turning, end)
+        return moment(route, moving, turning)
 
     def _rotation(self, steps: Chain, seen: Route) -> tuple[Vector, Vector, Vector]:
         """The columns of the rotation before the constant attitude, as the plan builds them."""
         columns = UNITS
         if self.plan is _Rotation.OUTWARDS:
-            x, y, z = (self.ledger.buy(seen.column(len(seen.marked.turns), axis)) for axis in range(3))
-            columns = (x, y, z)
+            last = len(seen.marked.turns)
+            x, y, z = columns = seen.column(last, 0), seen.column(last, 1), seen.column(last, 2)
             if self.reference is Reference.LOCAL:
                 columns = ((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]))
         elif self.plan is _Rotation.AS_POSE:
             folded = fold(steps)
             columns, _ = evaluate(folded, Plan(cheapest_plan(folded).carried), self.ledger.tape)
-            for column in columns:
-                self.ledger.buy(column)
+        for column in columns:
+            self.ledger.choose([column])
         return columns

@@ -24,20 +24,41 @@ class Ledger:
     _prices: dict[sp.Symbol, int] = field(default_factory=dict)
     _needs: dict[sp.Symbol, tuple[sp.Symbol, ...]] = field(default_factory=dict)
     _bought: set[sp.Symbol] = field(default_factory=set)
+    _results: list[Vector] = field(default_factory=list)
 
     def price(self, expressions: Iterable[sp.Expr]) -> int:
         """Multiplications and additions that the expressions cost beyond what is paid for."""
         expressions = tuple(expressions)
         return cost((), expressions) + sum(self._prices[symbol] for symbol in self._missing(expressions))
 
-    def buy(self, vector: Vector) -> Vector:
-        """Pay for a vector that is needed."""
-        self._bought.update(self._missing(vector))
-        return vector
-
     def cheapest(self, ways: Iterable[Vector]) -> Vector:
         """The cheapest of several ways to compute the same; the first of equals."""
         return min(ways, key=self.price)
+
+    def choose(self, ways: Iterable[Vector], instead_of: Vector | None = None) -> Vector:
+        """Take the cheapest of several ways to compute a result, and pay for it.
+
+        Args:
+            ways: The ways.
+            instead_of: The way that was taken before other results were known; it is given back and tried again.
+
+        Returns:
+            The result.
+        """
+        if instead_of is not None:
+            self.give_back(instead_of)
+            ways = (instead_of, *ways)
+        best = self.cheapest(ways)
+        self._results.append(best)
+        self._bought.update(self._missing(best))
+        return best
+
+    def give_back(self, result: Vector) -> None:
+        """A vector is no result any more; what only it needs is no longer paid for."""
+        self._results.remove(result)
+        self._bought.clear()
+        for other in self._results:
+            self._bought.update(self._missing(other))
 
     def live(self, entries: Iterable[sp.Expr]) -> tuple[Definition, ...]:
         """The definitions that some entries need, in order."""
