@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from kinegen.errors import KinegenError
@@ -116,11 +116,21 @@ def _chosen(parameter: Parameter, wanted: frozenset[str]) -> Parameter:
 
 
 def _used(robot: Robot) -> frozenset[str]:
-    """The names that stand anywhere in the table and in the fixed transforms."""
-    found = [getattr(row, key) for row in robot.rows for key in keys.ROW_ENTRIES[row.convention]]
-    steps = [row.steps for row in robot.rows] + [frame.steps for frame in robot.frames] + [robot.base, robot.tool]
-    found += [step.value for sequence in steps for step in sequence]
-    return frozenset(name for expression in found for name in names(expression))
+    """The names that stand anywhere in the table, the fixed transforms and the actuators."""
+    parts = (robot.rows, robot.base, robot.tool, robot.frames, robot.actuators)
+    return frozenset(name for expression in _expressions(parts) for name in names(expression))
+
+
+def _expressions(part: object) -> Iterator[Expression]:
+    """The expressions in a record or a tuple, however deep."""
+    if isinstance(part, Expression):
+        yield part
+    elif isinstance(part, tuple):
+        for each in part:
+            yield from _expressions(each)
+    elif is_dataclass(part):
+        for field in fields(part):
+            yield from _expressions(getattr(part, field.name))
 
 
 def _check_wrt(wrt: tuple[str, ...], own: Collection[str], entries: tuple[Entry, ...]) -> None:
@@ -150,7 +160,8 @@ def _near(name: str, known: list[str]) -> str:
 def _check_entry(entry: Entry, robot: Robot) -> None:
     """Refuse a name that something else has, or that no output can use."""
     check_name("parameter", entry.name)
-    for kind, others in (("parameter", robot.parameters), ("joint", robot.rows)):
+    taken = (("parameter", robot.parameters), ("joint", robot.rows), ("actuator", robot.actuators.readings))
+    for kind, others in taken:
         for other in others:
             same = other.name.upper() == entry.name.upper()
             if same and not (kind == "parameter" and entry.offset == Name(entry.name)):

@@ -95,6 +95,25 @@ def test_a_parameter_of_the_file_stays_where_an_elementary_sequence_names_it() -
     assert not robot.parameters[0].runtime
 
 
+def test_a_parameter_of_the_actuators_stays_too() -> None:
+    robot = loads(
+        ARM.replace("reach: 100", "reach: 100, ratio: 50")
+        + """
+actuators:
+  readings: {m1: {dimension: angle}, m2: {dimension: length}, m3: {dimension: angle}, m4: {dimension: angle}}
+  joints:
+    - {joint: waist, form: gear, actuator: m1, ratio: ratio}
+    - {joint: lift, form: gear, actuator: m2, ratio: 1}
+    - {joint: elbow, form: gear, actuator: m3, ratio: 1}
+    - {joint: wrist_1, form: gear, actuator: m4, ratio: 1}
+""",
+        "arm.yaml",
+    )
+
+    kept = [parameter.name for parameter in calibrated(robot, (DH,)).parameters if not parameter.chosen]
+    assert kept == ["d1", "ratio"]
+
+
 def test_named_parameters_become_runtime_parameters_in_the_order_of_the_file() -> None:
     robot = calibrated(arm(), ("alpha_elbow", "a2", "d1"))
 
