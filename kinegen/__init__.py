@@ -10,6 +10,7 @@ carry, and a Python module that evaluates poses in bulk. Data goes one way, from
     native/     C text         -> callable       compiled extension, threads, arrays
     verify/     callable       -> Report         the proof, against reference/
     boards/     C text         -> Cost           emulated microcontrollers: the same bits, flash, stack, instructions
+    workspace/  callable       -> Workspace      what the tip reaches: extents, volume, pictures, clouds of points
     build.py    the stages in order
     cli/        one module per subcommand
 

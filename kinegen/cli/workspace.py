@@ -75,9 +75,9 @@ def command(
 ) -> None:
     """Samples the poses of a robot within its joint limits and says what its tip reaches.
 
-    Extents and distances are sharpened by a search and good to many digits. Volume (area, where the tip stays in a
-    plane) is that of the voxels that were hit; it comes with the same figure from half of the samples and from voxels
-    of half the size, which tell how far it can be trusted. Joints without limits make a full turn.
+    Extents and distances are searched on from the best samples, which gives them many digits. Volume (area, where the
+    tip stays in a plane) is that of the voxels that were hit; it comes with the same figure from half of the samples
+    and from voxels of half the size, which tell how far it can be trusted. Joints without limits make a full turn.
 
     \b
         kinegen workspace robots/puma560.yaml

@@ -19,7 +19,11 @@ from kinegen.workspace.tip import Tip
 _WIDEST_STEP, _FINEST_STEP = 0.02, 1e-9
 """Of a joint's range."""
 
-_MOVES = 2000
+_MOVES, _STARTS = 500, 4
+
+_TOGETHER, _STRIDES = 5, np.array([0.5, 1.0, 2.0, 4.0])
+"""Moves that are taken together for a direction, and how far it is tried, of their sum."""
+
 _PARALLEL = 1e-6
 
 Figure = Callable[[FloatArray], FloatArray]
@@ -111,7 +115,7 @@ class Extremes:
 
     def __init__(self, axis: Line | None) -> None:
         self._figures = dict(figures(axis))
-        self._best: Best = {}
+        self._best: dict[tuple[str, int], list[tuple[float, int]]] = {}
 
     def of(self, points: FloatArray, start: int) -> Best:
         """The best of some samples, the first of which is number `start`, by name and sign."""
@@ -123,16 +127,17 @@ class Extremes:
         return found
 
     def keep(self, found: Best) -> None:
-        """Keep what is better than before."""
+        """Keep the best, a few of them, since a search from one can end on a lesser peak."""
         for key, entry in found.items():
-            self._best[key] = min(self._best.get(key, entry), entry)
+            self._best[key] = sorted([*self._best.get(key, []), entry])[:_STARTS]
 
     def sharpened(self, tip: Tip, samples: Samples) -> tuple[Extreme, ...]:
-        """The extremes, each searched on from the best sample; distances are no longer squared."""
+        """The extremes, each searched on from the best samples; distances are no longer squared."""
         found = {}
-        for (name, sign), (_, index) in self._best.items():
-            start = samples.at(np.array([index]))[:, 0]
-            found[name, sign] = sign * _descend(_signed(tip, self._figures[name], sign), start, samples)
+        for (name, sign), entries in self._best.items():
+            value = _signed(tip, self._figures[name], sign)
+            starts = samples.at(np.array([index for _, index in entries])).T
+            found[name, sign] = sign * min(_descend(value, start, samples) for start in starts)
         lengths = {key: value if key[0] in "xyz" else float(np.sqrt(max(value, 0.0))) for key, value in found.items()}
         return tuple(Extreme(name, lengths[name, 1], lengths[name, -1]) for name in self._figures)
 
@@ -148,11 +153,15 @@ def _descend(value: Callable[[FloatArray], FloatArray], q: FloatArray, samples: 
     directions = np.zeros((len(q), 2 * len(samples.movers)))
     for place, mover in enumerate(samples.movers):
         directions[mover, 2 * place : 2 * place + 2] = np.array([1.0, -1.0]) * np.ptp(samples.box[mover])
-    step = _WIDEST_STEP
-    for _ in range(_MOVES * bool(samples.movers)):
-        tries = np.clip(q[:, None] + step * directions, samples.bounds[:, :1], samples.bounds[:, 1:])
+    step, before = _WIDEST_STEP, q
+    for move in range(_MOVES * bool(samples.movers)):
+        # Also on in the direction of the last moves together, which leads along a narrow valley.
+        onward = (q - before)[:, None] * _STRIDES
+        tries = q[:, None] + np.concatenate([step * directions, onward], axis=1)
+        tries = np.clip(tries, samples.bounds[:, :1], samples.bounds[:, 1:])
         values = value(tries)
         place = int(values.argmin())
+        before = q if move % _TOGETHER == 0 else before
         if values[place] < best:
             best, q = float(values[place]), tries[:, place]
         elif step > _FINEST_STEP:

@@ -122,7 +122,7 @@ def test_another_seed_gives_other_samples_of_the_same_region() -> None:
     assert arms.measured(first) == pytest.approx(arms.measured(second), rel=0.005)
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(robots(most_rows=5, runtime=False))
 def test_whatever_the_robot_the_survey_holds_together(robot: Robot) -> None:
     """Chains and trees of any joints, evaluated by the NumPy form of their kernels."""
