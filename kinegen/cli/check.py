@@ -56,6 +56,7 @@ def _facts(robot: Robot) -> list[str]:
     facts = [_counted(robot.dof, "joint variable") + (f" ({kinds})" if kinds else ""), _counted(len(robot.rows), "row")]
     facts += [f"{len(robot.tips)} tips"] if robot.is_tree else []
     facts += [_counted(len(robot.frames), "named frame")] if robot.frames else []
+    facts += [_counted(len(robot.actuators.readings), "actuator")] if robot.actuators.readings else []
     facts += [_counted(len(robot.runtime_parameters), "runtime parameter")] if robot.runtime_parameters else []
     facts.append(f"reach at most {reach(robot):.4g} {robot.units.length}")
     facts += [f"lead of {name} {lead:.6g} {robot.units.length} a turn" for name, lead in screw_leads(robot).items()]

@@ -122,8 +122,8 @@ class Drivetrain:
         moving = {*self.readings, *self.parts}
         terms = []
         for term in sp.Add.make_args(value):
-            inside = moving & term.free_symbols
-            if not inside or (term.is_polynomial(*inside) and sp.Poly(term, *inside).total_degree() == 1):
+            # A slope without readings in it tells what is linear; a power of a sum is never multiplied out.
+            if not any(sp.diff(term, symbol).free_symbols & moving for symbol in moving & term.free_symbols):
                 terms.append(sp.expand(term))
                 continue
             factor, core = term.as_coeff_Mul()

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from kinegen.errors import KinegenError
 from kinegen.robot.actuators import Coupling, Formula, FourBar, Triangle
@@ -48,12 +49,13 @@ class Solution:
         joints = [
             self.values[joint] - self.value(offset) for joint, offset in zip(drive.joints, drive.offsets, strict=True)
         ]
-        for name, reading in zip(drive.actuators, matrix.inv() * sp.Matrix(joints), strict=True):
-            self.solved.setdefault(name, sp.expand(reading))
+        inverse = DomainMatrix.from_Matrix(matrix).to_field().inv().to_Matrix()
+        for name, reading in zip(drive.actuators, inverse * sp.Matrix(joints), strict=True):
+            self.solved.setdefault(name, self.tape.name(write(reading, self.tape)))
 
     def linkage(self, drive: Triangle | FourBar) -> None:
         """The reading of a linear actuator or of a four-bar linkage."""
-        angle = sp.expand(drive.sign * (self.values[drive.joint] - self.value(drive.offset)))
+        angle = drive.sign * (self.values[drive.joint] - write(self.value(drive.offset), self.tape))
         if isinstance(drive, Triangle):
             sides = self.value(drive.sides[0]), self.value(drive.sides[1])
             self._keep(drive.actuator, triangle_length(self.tape, sides, angle), drive.length)
@@ -64,7 +66,7 @@ class Solution:
 
     def _keep(self, actuator: str, driven: sp.Expr, linear: tuple[Expression, Expression]) -> None:
         factor, rest = (self.value(part) for part in linear)
-        self.solved.setdefault(actuator, sp.expand((driven - rest) / factor))
+        self.solved.setdefault(actuator, (driven - rest) / factor)
 
     def formula(self, drive: Formula) -> None:
         """The only reading that is not known yet, if it stands in the expression linearly with a constant factor."""
@@ -77,7 +79,7 @@ class Solution:
         if factor.free_symbols - self.constants:
             return
         rest = value.subs(symbol, 0)
-        self.solved[wanted[0]] = sp.expand((self.values[drive.joint] - write(rest, self.tape)) / factor)
+        self.solved[wanted[0]] = (self.values[drive.joint] - write(rest, self.tape)) / factor
 
     def value(self, expression: Expression) -> sp.Expr:
         """An expression of the file in joints, and in readings as far as they are known."""

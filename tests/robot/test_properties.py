@@ -13,17 +13,31 @@ from hypothesis import strategies as st
 
 from kinegen.errors import RobotFileError
 from kinegen.robot import keys
+from kinegen.robot.actuators import Coupling
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 
 FLOATS = Arithmetic(float, math.pi, {"sqrt": lambda value: math.sqrt(max(value, 0.0))})
 ROBOTS = {path.stem: path for path in sorted((Path(__file__).resolve().parents[2] / "robots").glob("*.yaml"))}
-SEEDS = [yaml.safe_load(ROBOTS[name].read_text(encoding="utf-8")) for name in ("puma560", "hand", "scara_hd", "screw")]
+SEED_NAMES = ("puma560", "hand", "scara_hd", "screw", "motoman_l3", "palletiser", "differential_wrist")
+SEEDS = [yaml.safe_load(ROBOTS[name].read_text(encoding="utf-8")) for name in SEED_NAMES]
 
 WORDS = sorted(
     {*keys.TOP, *keys.ROW, *keys.FRAME, *keys.PARAMETER, *keys.UNITS, *keys.LENGTH_UNITS, *keys.ANGLE_UNITS}
     | {*keys.TABLE_CONVENTIONS, *keys.JOINT_TYPES, *keys.DIMENSIONS, "q", "wrist", "a2", "elbow", "lambda", "double"}
+    | {
+        *keys.ACTUATORS,
+        *keys.READING,
+        *keys.DRIVE,
+        *keys.FORMS,
+        "m1",
+        "acos(2)",
+        "atan2(q, 1)",
+        "1/m1",
+        "-1",
+        "crossed",
+    }
     | {"q - 90", "2*q", "0.5*elbow + 10", "pi/2", "1/0", "sqrt(-1)", "Rz(q)", "Tx(a2)", "Rz(", "9**9**9**9", "<<", "*x"}
 )
 SCALARS = st.one_of(
@@ -68,6 +82,12 @@ def check(robot: Robot) -> None:
         assert row.parent == "base" or row.parent in [other.name for other in robot.rows[: row.number - 1]]
     for variable in robot.variables:
         assert variable.limits is None or number(variable.limits[0], {}) <= number(variable.limits[1], {})
+    values |= {reading.name: 0.25 for reading in robot.actuators.readings}
+    for drive in robot.actuators.drives:
+        assert set(drive.joints) <= {variable.name for variable in robot.variables}
+        assert set(drive.actuators) <= {reading.name for reading in robot.actuators.readings}
+        if isinstance(drive, Coupling):
+            assert all(math.isfinite(number(entry, values)) for row in drive.matrix for entry in row)
     seen = {"base", "tool", "wrist", *(row.name for row in robot.rows)}
     for frame in robot.frames:
         assert frame.parent in seen
