@@ -16,6 +16,7 @@ from kinegen.errors import ProofError
 from kinegen.native.package import load_package
 from kinegen.outputs import parse_quantity
 from kinegen.robot.load import loads
+from kinegen.verify import samples
 from kinegen.verify.proof import prove
 from tests.builds.workshop import ARM, make, write_robot
 from tests.verify.test_broken_kernels import break_emitter, first
@@ -144,6 +145,7 @@ def test_a_wrong_formula_is_refused(case: str, package: ModuleType, monkeypatch:
     formulas = sys.modules[f"{package.__name__}._numpy"]
     honest = getattr(formulas, source)
     monkeypatch.setattr(formulas, name, lambda *inputs: change(list(honest(*inputs))))
+    monkeypatch.setattr(samples, "RANDOM", 500)
 
     with pytest.raises(ProofError, match=f"arm: NumPy double {name} differs from the reference at q = "):
         prove(ROBOT, package, (parse_quantity(name),), ("double",)).require(ROBOT)
@@ -171,6 +173,18 @@ COMPILED = {
         "twist",
         "emit_batch",
         first(r"qd\[i \* qd_pose \+ 1", "qd[i * qd_pose + 0"),
+        "C double, batch",
+    ),
+    "the second result in another layout": (
+        "fk_jacobian",
+        "emit_batch",
+        first(r"store_rows\(results \+ 12", "store_rows(results + 11"),
+        "C double, batch",
+    ),
+    "a batch of points": (
+        "transform_point",
+        "emit_batch",
+        first(r"b_p\[i \* b_p_pose \+ 1", "b_p[i * b_p_pose + 0"),
         "C double, batch",
     ),
     "a selection": ("quaternion_wxyz", "emit_kernel", first(r"\((t\d+) < 0\.0\)", r"(\1 < 0.5)"), "C double"),
