@@ -6,7 +6,7 @@
     folder        the package folder
     backend       `c`, or `numpy` where nothing was compiled
     operations    for each quantity and for `plain` (the pose as a plain product): multiplications, additions,
-                  negations, divisions, sine_cosines
+                  negations, divisions, sine_cosines, roots, arc_tangents, selections
     angle_sums    name (`c23`) and angle (`q2 + q3`) of each sum whose sine and cosine are taken once
     files         path and status (`new`, `changed`, `unchanged`, `removed`) of each file
     proof         holds, reach, and for each comparison target, quantity, poses, holds, worst (joint vector), frame,
