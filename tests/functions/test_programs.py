@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections import namedtuple
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +16,16 @@ from numpy.typing import NDArray
 
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
 from kinegen.ir.fixed.kinds import find_kinds
-from kinegen.ir.lower import lower
+from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable, count
 from kinegen.outputs import Array, Quantity, Signature
+from kinegen.robot.load import loads
+from kinegen.symbolic.derive import derive
 from kinegen.symbolic.expressions import Expressions
 from tests.functions.library import COMPILERS, DTYPES, compile_functions, run
 from tests.functions.programs import DOF, ROBOT, Library, formula, kernels, programs, signature
@@ -289,3 +295,28 @@ def test_integer_kernels_are_refused_in_words() -> None:
 
     with pytest.raises(KinegenError, match="no q30 kernels for drawn: integers have no roots, arc tangents and select"):
         find_kinds(ROBOT, program)
+
+
+def test_runtime_parameters_may_stand_under_a_root() -> None:
+    text = """
+kinegen: 1
+name: diagonal
+convention: standard
+units: {length: m, angle: rad}
+parameters:
+  width: {value: 0.3, runtime: true}
+  height: {value: 0.4, runtime: true}
+joints:
+  - {name: one, theta: q, d: 0, a: sqrt(width*width + height*height), alpha: 0}
+"""
+    robot = loads(text, "diagonal.yaml")
+    program = lower(derive(robot, Quantity.POSITION))
+    namespace: dict[str, Any] = {}
+    exec(emit_formula(Kernels(robot, (program,), runtime_defaults(robot)))["_numpy.py"], namespace)  # noqa: S102 - ours
+    params = namedtuple("Params", "width height")(0.3, 0.4)  # noqa: PYI024 - short
+    q = np.array([[0.0, 1.0]])
+
+    assert count(program).roots == 1
+    np.testing.assert_allclose(
+        namespace["position"](q, params)[:2], [0.5 * np.cos(q[0]), 0.5 * np.sin(q[0])], rtol=1e-15
+    )
