@@ -32,7 +32,7 @@ def branches_of(kernels: Kernels) -> Branches | None:
     if not any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
         return None
     # Here, so that printing other kernels needs no sympy.
-    from kinegen.symbolic.inverse.derive import family_of  # noqa: PLC0415
+    from kinegen.symbolic.inverse.derive import family_of
 
     family = family_of(kernels.robot)
     turns = tuple(2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints)

@@ -23,6 +23,9 @@ SAMPLES = {
     "runtime_tree": Sample("runtime_tree", dof=2, tips=2, parameter=True),
     "double": Sample("double", reals=("double",)),
     "single": Sample("single", reals=("float",), parameter=True),
+    "several": Sample("several", several=True),
+    "several_tips": Sample("several_tips", dof=2, tips=2, parameter=True, several=True),
+    "several_fixed": Sample("several_fixed", dof=0, several=True),
 }
 
 

@@ -69,6 +69,7 @@ class Sample:
             Function("inverse_pose", (pose,), (Array("b_T_a", (4, 4), is_pose=True),)),
             Function("transform", (pose, Array("point", (3,))), (Array("moved", (3,)),)),
             Function("hessian", (q,), (Array("hessian", (self.dof, 6, self.dof)),)),
+            Function("adjoint", (pose,), (Array("adjoint", (6, 6)),)),
         )
 
     def function(self, name: str) -> Function:

@@ -28,7 +28,12 @@ ARGUMENTS = {
     "default, risc-v": (RISC, Flags(), "-O3 -ffp-contract=fast -fno-math-errno -march=native", ""),
     "a name": (X86, Flags("x86-64-v3"), "-O3 -ffp-contract=fast -fno-math-errno -march=x86-64-v3", WIDE),
     "a name, arm": (ARM, Flags("armv8.2-a+sve"), "-O3 -ffp-contract=fast -fno-math-errno -march=armv8.2-a+sve", ""),
-    "the compiler's own": (X86, Flags(None, optimisation="1", extra=("-g",)), "-O1 -ffp-contract=fast -fno-math-errno -g", ""),
+    "the compiler's own": (
+        X86,
+        Flags(None, optimisation="1", extra=("-g",)),
+        "-O1 -ffp-contract=fast -fno-math-errno -g",
+        "",
+    ),
     "portable": (X86, Flags(portable=True), "-O3 -ffp-contract=fast -fno-math-errno -march=x86-64", ""),
     "portable, arm": (ARM, Flags(portable=True), "-O3 -ffp-contract=fast -fno-math-errno", ""),
 }

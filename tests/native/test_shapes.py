@@ -22,7 +22,7 @@ DTYPES = ["f8", "f4", "f2", ">f8", ">f4", "g", "i1", "i4", "u8", "?"]
 
 @st.composite
 def cases(draw: st.DrawFn) -> dict[str, Any]:
-    name = draw(st.sampled_from(sorted(SAMPLES)))
+    name = draw(st.sampled_from([name for name, sample in SAMPLES.items() if not sample.several]))
     sample = SAMPLES[name]
     function = draw(st.sampled_from(sample.functions))
     layout = draw(st.sampled_from(["4x4", "joint_major", *["3x4"] * function.results[0].is_pose]))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
-from typing import Any, Generic, Literal, TypeVar, cast
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,9 @@ Result = TypeVar("Result")
 
 _LAYOUTS = ("4x4", "3x4", "joint_major")
 _SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, numbers that go to C at once
-_ndarray, _empty = np.ndarray, np.empty
+_ndarray: Any = np.ndarray
+_empty: Any = np.empty
+_MISSING: Any = ...
 
 
 class Kernel(Generic[Result]):
@@ -67,22 +69,29 @@ class Kernel(Generic[Result]):
         self.dof = inputs[0].size
         self.shape = results[0].shape if len(results) == 1 else tuple(result.shape for result in results)
         self._first, self._rank = results[0].shape, len(inputs[0].shape)
-        self._simple = len(inputs) == len(results) == self._rank == 1
         self._reals = tuple(np.dtype(real) for real in reals)
         self._engine = (
             Formula(formula, results) if native is None else Compiled(native, symbol, name, self._reals, results)
         )
         self.backend, self.variant = self._engine.name, self._engine.variant
-        self._direct = self._engine.direct(params)
+        is_simple = len(inputs) == len(results) == self._rank == 1
+        self._direct = self._engine.direct(params) if is_simple else None
 
     def __call__(
-        self, *inputs: ArrayLike, params: Any = None, out: Any = None, threads: int = 1, layout: Layout = "4x4"
+        self,
+        q: Any = _MISSING,
+        *others: ArrayLike,
+        params: Any = None,
+        out: Any = None,
+        threads: int = 1,
+        layout: Layout = "4x4",
     ) -> Result:
         """Evaluate one configuration or a batch.
 
         Args:
-            inputs: The inputs, each of shape (..., *its shape), such as joint values (..., dof); for the layout
-                "joint_major" (numbers, N). Leading axes broadcast.
+            q: The first input, of shape (..., *its shape), such as joint values (..., dof); for the layout
+                "joint_major" (numbers, N).
+            others: The other inputs, if there are any, in order. Leading axes broadcast.
             params: Values of the runtime parameters; by default those of the robot file.
             out: Array for the result, of its exact shape and type, sharing no memory with the inputs; a tuple where
                 there are several results.
@@ -93,32 +102,26 @@ class Kernel(Generic[Result]):
         Returns:
             The result; `out` where it was given.
         """
-        # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain.
-        direct = self._direct if params is None else self._engine.direct(self._named(params))
-        if direct is not None and threads == 1 and layout == "4x4" and len(inputs) == len(self.inputs):
-            first: Any = inputs[0]
-            if self._simple:
-                if type(first) is _ndarray:
-                    if out is None and first.size < _SMALL:
-                        shape = self._first if first.ndim == 1 else first.shape[:-1] + self._first
-                        result: Any = _empty(shape, first.dtype)
-                        if direct(id(first), id(result), 0):
-                            return cast(Result, result)
-                    elif type(out) is _ndarray and direct(id(first), id(out), 0):
-                        return cast(Result, out)
-            elif all(type(array) is _ndarray for array in inputs) and first.size < _SMALL and out is None:
-                lead = first.shape[: max(0, first.ndim - self._rank)]
-                found = tuple(_empty(lead + each.shape, first.dtype) for each in self.results)
-                if direct(*map(id, inputs), *map(id, found), 0):
-                    return cast(Result, self._given(found))
-            elif (
-                type(out) is tuple
-                and len(out) == len(self.results)
-                and all(type(array) is _ndarray for array in (*inputs, *out))
-                and direct(*map(id, inputs), *map(id, out), 0)
-            ):
-                return cast(Result, out)
-        return cast(Result, self._evaluate(inputs, self._named(params), out, threads, layout))
+        # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain. What
+        # takes and gives a single array has this way to itself, since every look-up counts here.
+        direct = self._direct if params is None else self._direct and self._engine.direct(self._named(params))
+        result: Result
+        if direct is not None and type(q) is _ndarray and threads == 1 and layout == "4x4" and not others:
+            if out is None and q.size < _SMALL:
+                result = _empty(self._first if q.ndim == 1 else q.shape[:-1] + self._first, q.dtype)
+                if direct(id(q), id(result), 0):
+                    return result
+            elif type(out) is _ndarray and direct(id(q), id(out), 0):
+                result = out
+                return result
+        inputs = others if q is _MISSING else (q, *others)
+        named = self._named(params)
+        if self._direct is None and threads == 1 and layout == "4x4":
+            result = self._at_once(inputs, named, out)
+            if result is not None:
+                return result
+        result = self._evaluate(inputs, named, out, threads, layout)
+        return result
 
     def bind(self, *arrays: Floats, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
         """Look everything up once: each call of the result reads the inputs anew and writes the results.
@@ -134,7 +137,8 @@ class Kernel(Generic[Result]):
         """
         if len(arrays) != len(self.inputs) + len(self.results):
             names = ", ".join(array.name for array in (*self.inputs, *self.results))
-            raise TypeError(f"{self.__name__}: bind takes {names}, not {len(arrays)} arrays")
+            count = len(self.inputs) + len(self.results)
+            raise TypeError(f"{self.__name__}: bind takes {count} arrays ({names}), {len(arrays)} given")
         inputs, results = arrays[: len(self.inputs)], arrays[len(self.inputs) :]
         real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
         for given, array in zip(self.inputs, inputs, strict=True):
@@ -156,13 +160,36 @@ class Kernel(Generic[Result]):
         given = ", ".join(f"{array.name} {array.shape}" for array in self.inputs)
         return f"<{self.__module__}.{self.__name__}: {given} to {self.shape}, backend {backend}>"
 
+    def _at_once(self, inputs: tuple[Any, ...], params: Any, out: Any) -> Any:
+        """The results of one C call for several inputs or results; None where there is none, or where it declines."""
+        direct = self._engine.direct(params)
+        if direct is None or len(inputs) != len(self.inputs):
+            return None
+        if out is None:
+            first = inputs[0]
+            if type(first) is not _ndarray or first.size >= _SMALL:
+                return None
+            lead = first.shape[: max(0, first.ndim - self._rank)]
+            results = tuple(_empty(lead + each.shape, first.dtype) for each in self.results)
+        else:
+            results = (out,) if len(self.results) == 1 else out
+            if type(results) is not tuple or len(results) != len(self.results):
+                return None
+        arrays = (*inputs, *results)
+        if {*map(type, arrays)} != {_ndarray}:
+            return None
+        if not direct(*map(id, arrays), 0):
+            return None
+        return self._given(results) if out is None else out
+
     def _given(self, results: tuple[Floats, ...]) -> Any:
         return results[0] if len(results) == 1 else tuple(results)
 
     def _evaluate(self, inputs: tuple[ArrayLike, ...], params: Any, out: Any, threads: int, layout: str) -> Any:
         if len(inputs) != len(self.inputs):
             names = ", ".join(array.name for array in self.inputs)
-            raise TypeError(f"{self.__name__} takes {names}, not {len(inputs)} arrays")
+            number = f"{len(self.inputs)} array{'s' if len(self.inputs) > 1 else ''}"
+            raise TypeError(f"{self.__name__} takes {number} ({names}), {len(inputs)} given")
         if layout not in _LAYOUTS or (layout == "3x4" and not any(each.is_pose for each in self.results)):
             known = _LAYOUTS if any(each.is_pose for each in self.results) else _LAYOUTS[::2]
             raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {known})")
@@ -217,6 +244,8 @@ class Kernel(Generic[Result]):
         else:
             ranks = [len(given.laid_out(layout)) for given in self.inputs]
             leads = [array.shape[: array.ndim - rank] for array, rank in zip(arrays, ranks, strict=True)]
+        if len(set(leads)) == 1:
+            return leads[0]
         try:
             return np.broadcast_shapes(*leads)
         except ValueError:
