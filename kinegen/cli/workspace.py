@@ -59,7 +59,13 @@ def _length(_context: click.Context, _parameter: click.Parameter, value: float |
 @click.option("--limits-from", metavar="FILE", type=click.Path(), help="Another robot file to take joint limits from.")
 @click.option("--slices", metavar="FILE", type=click.Path(path_type=Path), help="Draw slices: .png or .svg.")
 @click.option("--cloud", metavar="FILE", type=click.Path(path_type=Path), help="Write points: .npz or .parquet.")
-@click.option("--threads", type=click.IntRange(min=0, max=1024), default=0, help="By default one on each processor.")
+@click.option(
+    "--threads",
+    type=click.IntRange(min=0, max=1024),
+    default=0,
+    show_default=True,
+    help="Threads; 0 for one on each processor.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(
     file: Path,
@@ -77,7 +83,8 @@ def command(
 
     Extents and distances are searched on from the best samples, which gives them many digits. Volume (area, where the
     tip stays in a plane) is that of the voxels that were hit; it comes with the same figure from half of the samples
-    and from voxels of half the size, which tell how far it can be trusted. Joints without limits make a full turn.
+    and from voxels of half the size, which tell how far it can be trusted. Joints without limits make a full turn. The
+    dexterous part, where the tip can stand in every orientation, takes an arm with a closed-form inverse.
 
     \b
         kinegen workspace robots/puma560.yaml
