@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kinegen.errors import KinegenError
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
+from kinegen.robot.model import BASE, Robot
 from kinegen.symbolic import actuators_kernels
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
@@ -32,6 +32,9 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
     Raises:
         KinegenError: If the quantity names a frame that does not exist; the message lists those that do.
     """
+    if quantity.frame.isdecimal():
+        known = ", ".join((BASE, *robot.frame_names))
+        raise KinegenError(f"{quantity}: functions are named after frames, not after their numbers (expected {known})")
     match quantity.kind:
         case Kind.POSE:
             return derive_pose(robot, quantity)

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinegen.errors import KinegenError
 from kinegen.outputs import Array, Kind, parse_quantity
 from kinegen.reference import Orientation
 from kinegen.robot.extent import reach
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
+from kinegen.symbolic.derive import derive
 from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.known import Known
 from kinegen.verify.samples import EVERY, input_samples, proof_samples, singular_samples
@@ -117,3 +119,15 @@ def test_singular_samples_are_singular() -> None:
 
     assert (np.abs(np.linalg.det(jacobians)) < 1e-12).sum() >= len(jacobians) / 2
     assert singular_samples(load(ROBOTS / "blocks.yaml")).shape == (0, 0)
+
+
+def test_a_frame_is_named_not_numbered() -> None:
+    """The function is called after it."""
+    with pytest.raises(KinegenError, match=r"jacobian@3: .* \(expected base, waist, shoulder, elbow, "):
+        derive(PUMA, parse_quantity("jacobian@3"))
+
+
+def test_fixed_frames_are_proven_too() -> None:
+    expectation = of(PUMA, "jacobian@base")
+
+    assert expectation.errors((np.zeros((expectation.known.count, 6, 6)),))[0].max() == 0
