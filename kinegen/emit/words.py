@@ -40,8 +40,7 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.ACTUATORS_TO_JOINTS: "Joint vector for readings of the actuators",
         Kind.JOINTS_TO_ACTUATORS: "Readings of the actuators for a joint vector",
         Kind.FK_ACTUATORS: "Pose of {frame} in the base frame for readings of the actuators",
-        Kind.JACOBIAN_ACTUATORS: f"Derivative of the pose of {{frame}} by the readings of the actuators, {_ROWS}, "
-        "{reference}",
+        Kind.JACOBIAN_ACTUATORS: f"Actuator Jacobian of {{frame}}, {_ROWS}, {{reference}}",
         Kind.INVERSE: "Joint values of all branches for a pose of {frame}, and which of them are solutions",
     }
 )

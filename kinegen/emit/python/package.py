@@ -188,7 +188,7 @@ def _exported(
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
     names += ["BRANCHES"] * any(function.options for function in functions)
-    names += ["ACTUATORS", "ACTUATOR_RANGES", "check_actuators"] * has_actuators(kernels)
+    names += ["ACTUATORS", "ACTUATOR_RANGES", "ACTUATOR_UNITS", "check_actuators"] * has_actuators(kernels)
     names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
     return tuple(sorted(names, key=_export_key))
 
