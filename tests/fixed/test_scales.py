@@ -19,7 +19,7 @@ from kinegen.ir.fixed.turns import PI, binary_angle
 from kinegen.ir.fixed.writer import write_statements
 from kinegen.ir.lower import lower
 from kinegen.naming import c_file
-from kinegen.outputs import Quantity
+from kinegen.outputs import Quantity, parse_quantity
 from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 from tests.fixed import machine
@@ -181,6 +181,18 @@ def test_what_integers_cannot_do_is_refused_in_one_line(text: str, line: int | N
         planned(arm(text))
 
     assert str(refusal.value) == f"{place}: no q30 kernels for arm: {message}"
+
+
+@pytest.mark.parametrize("output", ["jacobian", "twist_local", "quaternion_wxyz", "inverse_pose"])
+def test_what_is_no_pose_is_refused_in_one_line(output: str) -> None:
+    robot = load(ROBOTS / "puma560.yaml")
+    program = lower(derive(robot, parse_quantity(output)))
+
+    with pytest.raises(KinegenError) as refusal:
+        plan_fixed(robot, [program])
+
+    message = f"q30 kernels compute pose, frames and position, not {output}; build the others apart, without q30"
+    assert str(refusal.value) == f"puma560.yaml: {message}"
 
 
 @pytest.mark.parametrize("twists", [(90, -90, 90, 0, 90), (90, -90, 30, 0, 45), (30, 45, 60)], ids=str)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinegen.emit.c.kernel import emit_kernel, output_argument
+from kinegen.emit.c.arguments import declared
+from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
@@ -169,13 +170,12 @@ def _call(kernels: Kernels, program: Program, real: Real) -> str:
     """A block that calls one kernel, asserts that its output is finite and shows what it may be."""
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
-    output, extent = output_argument(kernels, program)
-    size = 16 if program.quantity.is_pose else 3
+    (result,) = program.signature.results
+    output, total = result.name, result.blocks * result.stored
     arguments = (["q"] if robot.dof else []) + (
         [f"&{prefix(robot.name, real)}_default_params"] if robot.runtime_parameters else []
     )
-    frames = len(program.frames)
-    place = f"{output}[Frama_C_interval(0, {frames - 1})]" if extent else output
+    place = f"{output}[Frama_C_interval(0, {result.blocks - 1})]" if result.per_frame else output
     position = "4 * Frama_C_interval(0, 2) + 3" if program.quantity.is_pose else "Frama_C_interval(0, 2)"
     shows = [f"Frama_C_show_each_{program.quantity.function}_position({place}[{position}]);"]
     if program.quantity.is_pose:
@@ -183,11 +183,11 @@ def _call(kernels: Kernels, program: Program, real: Real) -> str:
         shows.append(f"Frama_C_show_each_{program.quantity.function}_rotation({place}[{rotation}]);")
     lines = [
         "{",
-        f"    {real} {output}{f'[{extent}]' if extent else ''}[{size}];",
+        f"    {real} {declared(kernels, program, result)};",
         f"    {name}({', '.join([*arguments, output])});",
-        f"    const {real} *const entry = {f'&{output}[0][0]' if extent else f'&{output}[0]'};",
-        f"    //@ loop unroll {frames * size};",
-        f"    for (int i = 0; i < {frames * size}; i++) {{",
+        f"    const {real} *const entry = {f'&{output}[0][0]' if result.per_frame else f'&{output}[0]'};",
+        f"    //@ loop unroll {total};",
+        f"    for (int i = 0; i < {total}; i++) {{",
         "        /*@ assert \\is_finite(entry[i]); */",
         "    }",
         *(f"    {show}" for show in shows),

@@ -139,7 +139,8 @@ class Kernel(Generic[Result]):
             names = ", ".join(array.name for array in (*self.inputs, *self.results))
             count = len(self.inputs) + len(self.results)
             raise TypeError(f"{self.__name__}: bind takes {count} arrays ({names}), {len(arrays)} given")
-        inputs, results = arrays[: len(self.inputs)], arrays[len(self.inputs) :]
+        inputs: tuple[Any, ...] = arrays[: len(self.inputs)]
+        results = arrays[len(self.inputs) :]
         real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
         for given, array in zip(self.inputs, inputs, strict=True):
             if not isinstance(array, np.ndarray) or array.dtype not in self._reals or array.dtype != real:
