@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.speed.arm import ROBOTS, Arm, load_arm
 from benchmarks.speed.peers.pinocchio import _model
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
@@ -32,6 +32,7 @@ from kinegen.ir.lower import lower
 from kinegen.ir.program import count
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity, parse_quantity
+from kinegen.results import BuildOptions
 from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 

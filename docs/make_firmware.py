@@ -19,7 +19,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from kinegen.boards.cost import Cost, better, measure
+from kinegen.boards.cost import better, measure
+from kinegen.boards.figures import Cost
 from kinegen.boards.targets import TARGETS, Target
 from kinegen.boards.toolchain import find_cross_compiler, missing
 from kinegen.build import lower_file

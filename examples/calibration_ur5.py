@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
+from kinegen.results import BuildOptions
 from kinegen.emit.reals import Real
 from kinegen.outputs import Kind, Quantity
 

@@ -19,107 +19,33 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from kinegen.boards.cost import Cost
+from kinegen.boards.figures import Cost
 from kinegen.boards.usual import USUAL_TARGET, can_measure, usual_costs
 from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError, WriteError
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.ir.program import AngleSum, Count, Program, count
+from kinegen.ir.program import AngleSum, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
-from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import NUMERIC_INVERSE, USUAL, Quantity, with_needed
+from kinegen.outputs import NUMERIC_INVERSE, Quantity, with_needed
+from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.robot.calibrated import calibrated
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain
+from kinegen.verify.comparison import Proof
 from kinegen.verify.fixed import prove_fixed
 from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
 from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
-from kinegen.verify.proof import Proof
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
-from kinegen.write import Written, is_generated, write_files
-
-
-@dataclass(frozen=True, slots=True)
-class BuildOptions:
-    """What a build makes.
-
-    Attributes:
-        output: Folder in which the package folder of each robot lies.
-        reals: Number types.
-        quantities: Kinematic quantities.
-        wrt: Parameters and entries of the table that stay arguments of the kernels, and by which `parameter_jacobian`
-            is taken (see `calibrated`).
-        integers: Whether to write the kernels without floating point too.
-        compile: Whether to build the compiled extension.
-        flags: How to compile it.
-        package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
-            of the Python package.
-    """
-
-    output: Path = Path("generated")
-    reals: tuple[Real, ...] = (Real.DOUBLE, Real.FLOAT)
-    quantities: tuple[Quantity, ...] = USUAL
-    wrt: tuple[str, ...] = ()
-    integers: bool = False
-    compile: bool = True
-    flags: Flags = field(default_factory=Flags)
-    package: Ecosystem | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """A finished stage.
-
-    Attributes:
-        name: Its name.
-        seconds: How long it took.
-        detail: What came out, in a few words.
-    """
-
-    name: str
-    seconds: float
-    detail: str
-
-
-@dataclass(frozen=True, slots=True)
-class BuildResult:
-    """What a build did.
-
-    Attributes:
-        robot: The robot.
-        counts: Operations of each quantity.
-        plain: Operations of the pose as a plain product of link matrices.
-        angles: The angles whose sines and cosines are taken.
-        folder: The package folder.
-        written: The files and whether each was new, changed or untouched.
-        proof: The comparisons, all of which hold.
-        backend: What the proof ran: `c`, or `numpy` without a compiler.
-        costs: What the float kernels cost on a usual microcontroller; empty where that cannot be measured.
-        stages: The stages with their times.
-        notes: Sentences that the user should read.
-    """
-
-    robot: Robot
-    counts: dict[Quantity, Count]
-    plain: Count
-    angles: tuple[AngleSum, ...]
-    folder: Path
-    written: tuple[Written, ...]
-    proof: Proof
-    backend: str
-    costs: tuple[Cost, ...]
-    stages: tuple[Stage, ...]
-    notes: tuple[str, ...]
+from kinegen.write import is_generated, write_files
 
 
 @dataclass(slots=True)
@@ -164,16 +90,14 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     with clock.stage("derive") as detail:
         quantities = with_needed(options.quantities)
-        searches = NUMERIC_INVERSE in options.quantities
         expressions = [derive(robot, quantity) for quantity in quantities]
         plain = derive_plain(robot)
         detail.append(", ".join(map(str, options.quantities)))
     with clock.stage("lower") as detail:
-        programs = tuple(lower(each) for each in expressions)
-        plain_count = count(lower(plain))
+        programs, plain_count = tuple(lower(each) for each in expressions), count(lower(plain))
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
     with clock.stage("emit") as detail:
-        kernels = Kernels(robot, programs, runtime_defaults(robot), searches)
+        kernels = Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities)
         emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
         project = _project(kernels, emitted, options)
         integers = _integers(kernels, path) if options.integers else None
@@ -185,8 +109,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         contents = _contents(emitted, extension, integers)
         proof, backend, known = proof_of(robot, contents, quantities, tuple(map(str, options.reals)))
         proof, reasons = _prove_integers(proof, integers, options)
-        detail.append(f"{sum(comparison.poses for comparison in proof.comparisons)} poses")
-        detail.extend(["proved before"] * known)
+        poses = sum(comparison.poses for comparison in proof.comparisons)
+        detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
     with clock.stage("write") as detail:
         folder = options.output / robot.name

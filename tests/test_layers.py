@@ -29,7 +29,8 @@ ROWS = (
     ("kinegen.emit",),
     ("kinegen.native",),
     ("kinegen.boards", "kinegen.verify", "kinegen.workspace"),
-    ("kinegen.build",),
+    ("kinegen.results",),
+    ("kinegen.build", "kinegen.unchanged"),
     ("kinegen.cli",),
     ("kinegen.__main__",),
 )

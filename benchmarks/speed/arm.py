@@ -12,12 +12,13 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Program
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
+from kinegen.results import BuildOptions
 from kinegen.robot.expressions import ZERO, evaluate, linear
 from kinegen.robot.load import load
 from kinegen.robot.model import Convention, Robot, Row

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 from kinegen.boards.emulator import run_program
+from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.programs import build_program, write_measured
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
@@ -17,65 +17,13 @@ from kinegen.emit.c.kernel import kernel_context
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
-from kinegen.ir.program import Count, count
-from kinegen.outputs import Quantity
+from kinegen.ir.program import count
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
 
 _REPEATS = 8
 """Calls between two readings of the clock, as in cost.c."""
-
-
-@dataclass(frozen=True, slots=True)
-class Calls:
-    """What calls with different inputs took, the call itself not counted.
-
-    Attributes:
-        least: The cheapest one.
-        most: The dearest one.
-    """
-
-    least: int
-    most: int
-
-    def __str__(self) -> str:
-        return f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What one kernel costs on one target.
-
-    Attributes:
-        target: Name of the target.
-        compiler: Compiler and version.
-        quantity: What the kernel computes.
-        real: Its number type.
-        optimisation: Flag it was compiled with.
-        function_flash: Bytes of the kernel function and its constants.
-        flash: Bytes of all that a call needs: the function, the sine-cosine pair, arithmetic of the compiler's library.
-        stack: Bytes below the caller's.
-        calls: Instructions or cycles, from the first of the function to its return; none without an emulator.
-        unit: `instructions` or `cycles`.
-        operations: Operations of the program.
-    """
-
-    target: str
-    compiler: str
-    quantity: Quantity
-    real: Real
-    optimisation: str
-    function_flash: int
-    flash: int
-    stack: int
-    calls: Calls | None
-    unit: str
-    operations: Count
-
-    def record(self) -> dict[str, Any]:
-        """The same in plain values, for JSON."""
-        return asdict(self) | {"quantity": str(self.quantity)}
 
 
 def measure(kernels: Kernels, real: Real, target: Target) -> tuple[Cost, ...]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from kinegen.boards.cost import Calls, Cost, better, measure
+from kinegen.boards.cost import better, measure
+from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.targets import find_target
 from kinegen.boards.toolchain import find_cross_compiler
 from kinegen.emit.c.kernel import emit_kernel

@@ -15,7 +15,7 @@ from kinegen.errors import KinegenError
 from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
 
 if TYPE_CHECKING:
-    from kinegen.build import BuildOptions, BuildResult, Stage
+    from kinegen.results import BuildOptions, BuildResult, Stage
 
 REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
 INTEGERS = {"q30": REALS["double"], "all": REALS["both"]}
@@ -105,9 +105,9 @@ def command(
     another kind of project takes as it is. The exit status is 0 only if every proof holds; a build that fails leaves
     the earlier output as it was.
     """
-    from kinegen.build import BuildOptions
     from kinegen.emit.reals import Real
     from kinegen.native.flags import Flags
+    from kinegen.results import BuildOptions
 
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
@@ -168,8 +168,8 @@ def _claim_name(file: Path, names: dict[str, Path]) -> None:
 
 def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> BuildResult:
     """Build one robot and tell of it as it goes."""
-    from kinegen.build import build
     from kinegen.cli.report import report_lines, stage_line
+    from kinegen.unchanged import recall, remember
 
     def report(stage: Stage) -> None:
         if not quiet:
@@ -177,7 +177,14 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
 
     if not quiet:
         say(strong(str(file)))
-    result = build(file, options, report)
+    result = recall(file, options)
+    if result is None:
+        from kinegen.build import build
+
+        result = build(file, options, report)
+        remember(file, options, result)
+    else:
+        report(result.stages[0])
     if not quiet:
         say("\n".join(report_lines(result, brief=brief)))
     return result

@@ -21,8 +21,8 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from kinegen.build import BuildResult
-from kinegen.verify.proof import Comparison
+from kinegen.results import BuildResult
+from kinegen.verify.comparison import Comparison
 
 Record = dict[str, object]
 

@@ -6,11 +6,11 @@ import textwrap
 from collections import Counter
 from collections.abc import Iterable
 
-from kinegen.build import BuildResult, Stage
 from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
 from kinegen.outputs import Kind, Quantity
+from kinegen.results import BuildResult, Stage
 from kinegen.robot.model import Robot
-from kinegen.verify.proof import Comparison
+from kinegen.verify.comparison import Comparison
 from kinegen.write import Written
 
 _INDENT = "  "

@@ -15,7 +15,7 @@ from kinegen.errors import KinegenError
 from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
-    from kinegen.boards.cost import Cost
+    from kinegen.boards.figures import Cost
     from kinegen.boards.targets import Target
 
 DEFAULT_TARGET = "cortex-m4f"

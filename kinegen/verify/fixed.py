@@ -24,9 +24,9 @@ from kinegen.naming import c_file, function, prefix
 from kinegen.native.compiler import Compiler, find_compiler
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
+from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.integers import FloatArray, Integers, integer_samples, parameters, unit
 from kinegen.verify.known import quantity_frames
-from kinegen.verify.proof import Comparison, Proof
 from kinegen.verify.tolerances import TOLERANCES
 
 _FLAGS = ("-std=c99", "-O1", "-shared", "-fPIC")

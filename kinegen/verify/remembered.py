@@ -22,7 +22,7 @@ from kinegen.native.cache import Cache
 from kinegen.native.compiler import processor
 from kinegen.outputs import Quantity, parse_quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.proof import Comparison, Proof
+from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.staging import prove_package
 
 _PACKAGE = Path(__file__).parents[1]

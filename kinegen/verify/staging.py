@@ -12,7 +12,8 @@ from kinegen.naming import EXTENSION
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.proof import Proof, prove
+from kinegen.verify.comparison import Proof
+from kinegen.verify.proof import prove
 
 
 def prove_package(

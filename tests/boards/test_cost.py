@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from kinegen.boards import cost as cost_module
-from kinegen.boards.cost import Cost, better, measure
+from kinegen.boards.cost import better, measure
+from kinegen.boards.figures import Cost
 from kinegen.boards.programs import build_program, write_measured
 from kinegen.boards.targets import TARGETS, Target
 from kinegen.boards.toolchain import SOURCES, read_tool

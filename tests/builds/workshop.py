@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from kinegen.build import BuildOptions, BuildResult, Stage, build, lower_file
+from kinegen.build import build, lower_file
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.files import stamp_of
@@ -20,6 +20,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
 from kinegen.outputs import USUAL, Quantity
+from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.write import write_files
 
 ROOT = Path(__file__).resolve().parents[2]

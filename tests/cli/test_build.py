@@ -14,12 +14,12 @@ from typing import Any
 import pytest
 
 from kinegen import build as building
-from kinegen.build import BuildOptions, BuildResult
 from kinegen.cli import main
 from kinegen.errors import CompileError, ProofError
 from kinegen.native.flags import Flags
+from kinegen.results import BuildOptions, BuildResult
 from kinegen.verify import proof, staging
-from kinegen.verify.proof import Comparison, Proof
+from kinegen.verify.comparison import Comparison, Proof
 from tests.cli.commands import BAD, ROBOTS, TWO
 
 STAGES = ["load", "derive", "lower", "emit", "compile", "prove", "write"]

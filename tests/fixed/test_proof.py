@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kinegen import build as building
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
 from kinegen.emit.fixed import Q30
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
@@ -21,6 +21,7 @@ from kinegen.ir.fixed.program import Operation
 from kinegen.naming import c_file
 from kinegen.native.compiler import Compiler
 from kinegen.outputs import USUAL, Quantity
+from kinegen.results import BuildOptions
 from kinegen.verify.fixed import compile_integers, prove_fixed
 from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
 from kinegen.verify.integers import integer_samples

@@ -9,9 +9,10 @@ from types import ModuleType
 
 import pytest
 
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
 from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
+from kinegen.results import BuildOptions
 from tests.builds.workshop import ROBOTS, set_machine
 
 Packages = Callable[[str, str], ModuleType]

@@ -17,7 +17,8 @@ from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.load import load, loads
-from kinegen.verify.proof import Comparison, Proof, move_parameters, prove
+from kinegen.verify.comparison import Comparison, Proof
+from kinegen.verify.proof import move_parameters, prove
 from kinegen.verify.samples import CORNERS, RANDOM, SPECIAL, proof_samples, vector_samples
 from kinegen.verify.tolerances import TOLERANCES
 from kinegen.verify.vectors import compute_vectors

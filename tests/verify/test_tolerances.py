@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import BuildOptions, build
+from kinegen.build import build
+from kinegen.results import BuildOptions
 from kinegen.robot.load import load, loads
 from kinegen.verify.tolerances import TOLERANCES, UNITS, accepted_error
 

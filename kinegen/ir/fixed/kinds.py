@@ -69,8 +69,9 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
         The kinds, by name.
 
     Raises:
-        KinegenError: If the program computes anything but poses and positions, a length follows an angle (a screw), an angle follows a length, a runtime parameter is a plain
-            number, lengths are multiplied, anything is divided, or a root, an arc tangent or a selection is made.
+        KinegenError: If the program computes anything but poses and positions, a length follows an angle (a screw), an
+            angle follows a length, a runtime parameter is a plain number, lengths are multiplied, anything is divided,
+            or a root, an arc tangent or a selection is made.
     """
     if program.quantity.kind not in _COMPUTED:
         reason = f"q30 kernels compute pose, frames and position, not {program.quantity}"

@@ -142,7 +142,8 @@ class Kernel(Generic[Result]):
         inputs: tuple[Any, ...] = arrays[: len(self.inputs)]
         results = arrays[len(self.inputs) :]
         real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
-        for given, array in zip(self.inputs, inputs, strict=True):
+        found: tuple[Any, ...] = inputs
+        for given, array in zip(self.inputs, found, strict=True):
             if not isinstance(array, np.ndarray) or array.dtype not in self._reals or array.dtype != real:
                 kinds = " or ".join(map(str, self._reals))
                 raise TypeError(f"{self.__name__}: bind needs {given.name} as an array of {kinds}")

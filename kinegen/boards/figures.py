@@ -1,0 +1,61 @@
+"""What kernels cost: records alone, which reports read without all that measuring takes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Count
+from kinegen.outputs import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Calls:
+    """What calls with different inputs took, the call itself not counted.
+
+    Attributes:
+        least: The cheapest one.
+        most: The dearest one.
+    """
+
+    least: int
+    most: int
+
+    def __str__(self) -> str:
+        return f"{self.least}" if self.least == self.most else f"{self.least} to {self.most}"
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What one kernel costs on one target.
+
+    Attributes:
+        target: Name of the target.
+        compiler: Compiler and version.
+        quantity: What the kernel computes.
+        real: Its number type.
+        optimisation: Flag it was compiled with.
+        function_flash: Bytes of the kernel function and its constants.
+        flash: Bytes of all that a call needs: the function, the sine-cosine pair, arithmetic of the compiler's library.
+        stack: Bytes below the caller's.
+        calls: Instructions or cycles, from the first of the function to its return; none without an emulator.
+        unit: `instructions` or `cycles`.
+        operations: Operations of the program.
+    """
+
+    target: str
+    compiler: str
+    quantity: Quantity
+    real: Real
+    optimisation: str
+    function_flash: int
+    flash: int
+    stack: int
+    calls: Calls | None
+    unit: str
+    operations: Count
+
+    def record(self) -> dict[str, Any]:
+        """The same in plain values, for JSON."""
+        return asdict(self) | {"quantity": str(self.quantity)}
