@@ -40,11 +40,11 @@ class Tape:
 
     def name(self, expression: sp.Expr) -> sp.Expr:
         """Give an expression a name, unless it is a number, a symbol, a sine or a cosine (or minus one)."""
-        if is_atom(expression):
+        negative = expression.could_extract_minus_sign()
+        core = -expression if negative else expression
+        if _is_positive_atom(core):
             return expression
-        if expression.could_extract_minus_sign():
-            return -self._define(-expression)
-        return self._define(expression)
+        return -self._define(core) if negative else self._define(core)
 
     def vector(self, vector: Vector) -> Vector:
         """Name the three entries of a vector."""
@@ -60,7 +60,10 @@ class Tape:
 
 def is_atom(expression: sp.Expr) -> bool:
     """Whether an expression costs nothing: a number, a symbol, a sine or a cosine, or minus one of these."""
-    core = -expression if expression.could_extract_minus_sign() else expression
+    return _is_positive_atom(-expression if expression.could_extract_minus_sign() else expression)
+
+
+def _is_positive_atom(core: sp.Expr) -> bool:
     return bool(core.is_Symbol or core.is_number or isinstance(core, (sp.sin, sp.cos)))
 
 

@@ -26,10 +26,9 @@ class Ledger:
     _bought: set[sp.Symbol] = field(default_factory=set)
     _results: list[Vector] = field(default_factory=list)
 
-    def price(self, expressions: Iterable[sp.Expr]) -> int:
-        """Multiplications and additions that the expressions cost beyond what is paid for."""
-        expressions = tuple(expressions)
-        return cost((), expressions) + sum(self._prices[symbol] for symbol in self._missing(expressions))
+    def price(self, named: Vector) -> int:
+        """Multiplications and additions that a vector of named values costs beyond what is paid for."""
+        return sum(self._prices[symbol] for symbol in self._missing(named))
 
     def cheapest(self, ways: Iterable[Vector]) -> Vector:
         """The cheapest of several ways to compute the same; the first of equals."""

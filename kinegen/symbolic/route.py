@@ -19,6 +19,9 @@ from kinegen.symbolic.pose import UNITS
 Parts = Mapping[int, Vector]
 """A sum of vectors, each in the axes of the level that is its key."""
 
+_NEAR = 4
+"""How many levels from either end of the way back are tried as the one from which columns take over."""
+
 Place = tuple[int, int]
 """A point of a marked chain: a level, and how many of its items stand before the point."""
 
@@ -92,11 +95,13 @@ class Route:
     def _new_ways(self, parts: Parts) -> Iterator[Vector]:
         tape = self.ledger.tape
         vector = NULL
-        for level in range(max(parts, default=0), -1, -1):
+        top = max(parts, default=0)
+        for level in range(top, -1, -1):
             if level in parts:
                 vector = tape.vector(total(vector, parts[level]))
-            below = {key: part for key, part in parts.items() if key < level}
-            yield tape.vector(total(self.outwards(level, vector), self.ways(below)[0] if below else NULL))
+            if level < _NEAR or level > top - _NEAR:
+                below = {key: part for key, part in parts.items() if key < level}
+                yield tape.vector(total(self.outwards(level, vector), self.ways(below)[-1] if below else NULL))
             if level:
                 vector = self.back(level, vector)
 

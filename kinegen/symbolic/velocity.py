@@ -68,9 +68,9 @@ def derive_velocity(robot: Robot, quantity: Quantity) -> Expressions:
         turns = rates_by(steps, joints)
         walk.inwards(reverse(steps, turns) if quantity.reference is Reference.LOCAL else mark(steps, turns))
         entries += walk.twist if quantity.kind is Kind.TWIST else walk.change
-    name = "twist" if quantity.kind is Kind.TWIST else "acceleration"
+    result = frame_array(robot, quantity, quantity.kind.value, (6,))
     return Expressions(
-        signature=signature(robot, quantity, tuple(inputs), frame_array(robot, quantity, name, (6,))),
+        signature=signature(robot, quantity, tuple(inputs), result),
         variables=tuple(variables),
         parameters=parameter_symbols(robot, values),
         definitions=tuple(tape.definitions),
