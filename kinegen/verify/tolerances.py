@@ -13,6 +13,8 @@ from kinegen.robot.model import JointType, Robot
 class Tolerances:
     """Largest accepted errors: entries of a rotation as they are, positions relative to the robot's reach.
 
+    Velocities and derivatives are measured likewise, by their own size; `expectation.expect` says how.
+
     Attributes:
         double: About 450 units of rounding. The longest chain in `robots/` loses twenty of them, a wrong sign or
             constant loses 1e13.
