@@ -11,7 +11,7 @@ from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes
 from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
 from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
-from kinegen.symbolic.inverse.geometry import Planar, Waist
+from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle
 from kinegen.symbolic.inverse.solve_arm import (
     Turned,
@@ -23,10 +23,11 @@ from kinegen.symbolic.inverse.solve_arm import (
     ways,
 )
 from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, ZERO, Angle, Bend, Steps, fixed
-from kinegen.symbolic.inverse.wrists import Columns, flips, hand_direction
+from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
-_NEAR_AXIS = sp.Rational(1, 10**12)
+_LOOSE = sp.Rational(1, 10**19)
+"""How far a hand may point elsewhere than the target says: the square of what that does to the rotation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,32 +151,41 @@ def _triple_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target
     for side, is_left in zip(sides, (True, False), strict=True):
         first, second, third = (steps.turned(between, vector) for vector in side.left)
         left = (first, second, third)
-        # In line with axis 4, axis 6 has nothing left to do: what the other columns say is the turn about axis 4.
-        start = _within_reach(steps, build, side.across, (second[1], -second[0]))
-        direction = hand_direction(steps, left, start)
-        held = flips(steps, wrist, left, start)
-        bends = [
-            _bend_triple(steps, build, side, (sign * direction[0], sign * direction[1]), is_left) for sign in (1, -1)
-        ]
+        ways = [_hold(steps, build, wrist, side, left, sign, is_left) for sign in (1, -1)]
         for elbow in (0, 1):
-            for flip, bent in zip(held, bends, strict=True):
-                bend = bent[elbow]
-                last = flip[0] - bend.first - bend.second
-                angles = (bend.first, bend.second, last)
+            for flip, bends, fits in ways:
+                bend = bends[elbow]
+                angles = (bend.first, bend.second, flip[0] - bend.first - bend.second)
                 yield Solution(
                     (
                         (build.waist.joint, side.swing.angle),
                         *zip(build.turns, angles, strict=True),
                         *zip(wrist.joints[1:], flip[1:], strict=True),
                     ),
-                    (sane, side.swing.valid, bend.valid),
+                    (sane, side.swing.valid, fits, bend.valid),
                 )
+
+
+def _hold(
+    steps: Steps, build: TripleArm, wrist: Wrist, side: Turned, left: Columns, sign: int, is_left: bool
+) -> tuple[Flip, tuple[Bend, Bend], sp.Expr]:
+    """One way to hold the wrist, the bends of the arm that go with it, and 1 where the hand fits the target, else 0."""
+    usual = hand_direction(steps, left)
+    wanted = (sign * usual[0], sign * usual[1])
+    direction = _within_reach(steps, build, side.across, wanted)
+    roll, tilt, flange = held(steps, left, direction)
+    skew = fixed(wrist.skew)
+    apart = steps.square((direction[0] - wanted[0], direction[1] - wanted[1]))
+    fits = steps.select(apart * sine_of(steps, left) ** 2, _LOOSE, ONE, ZERO) if direction != wanted else ONE
+    bends = _bend_triple(steps, build, side, direction, is_left)
+    return (roll, (tilt if sign > 0 else -tilt) - skew, flange), bends, fits
 
 
 def _within_reach(steps: Steps, build: TripleArm, point: Planar, direction: Planar) -> Planar:
     """The direction of the hand that is nearest to a given one and leaves axis 4 within reach of axis 2.
 
     With `hand` at a cosine c to the point, axis 4 is at the squared distance `point^2 + hand^2 - 2 |point| |hand| c`.
+    The less axis 6 is turned from axis 4, the less does it matter where the hand points, and the less sure is it.
     """
     if build.hand[0] == 0 and build.hand[1] == 0:
         return direction
@@ -184,15 +194,17 @@ def _within_reach(steps: Steps, build: TripleArm, point: Planar, direction: Plan
     scale = steps.name(1 / (distance * hand))
     along, aside = steps.times(steps.times(direction, build.hand), (point[0], -point[1]))
     cosine, both = steps.name(along * scale), distance**2 + hand**2
-    least, most = ((both - (upper + sign * lower) ** 2) * scale / 2 for sign in (1, -1))
-    cosine = steps.select(cosine, least, least, cosine)
-    cosine = steps.select(most, cosine, most, cosine)
-    sine = steps.root(steps.select(ZERO, 1 - cosine**2, 1 - cosine**2, ZERO))
+    least, most = (steps.name((both - (upper + sign * lower) ** 2) * scale / 2) for sign in (1, -1))
+    nearest = steps.select(cosine, least, least, most)
+    sine = steps.root(steps.select(ZERO, 1 - nearest**2, 1 - nearest**2, ZERO))
     sine = steps.select(aside * scale, ZERO, -sine, sine)
-    pointing = steps.times(point, (cosine, sine))
-    real, imaginary = steps.times(pointing, (build.hand[0], -build.hand[1]))
-    length = steps.name(1 / (distance * hand**2))
-    return steps.name(real * hand * length), steps.name(imaginary * hand * length)
+    turned_hand = steps.times(point, (nearest, sine))
+    real, imaginary = steps.times(turned_hand, (build.hand[0], -build.hand[1]))
+
+    def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
+        return steps.select(cosine, least, other, steps.select(most, cosine, other, usual))
+
+    return chosen(real * scale, direction[0]), chosen(imaginary * scale, direction[1])
 
 
 def _bend_triple(steps: Steps, build: TripleArm, side: Turned, direction: Planar, is_left: bool) -> tuple[Bend, Bend]:
@@ -211,14 +223,16 @@ def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, 
     pointing, beside, _ = target.columns(steps, axes, (roll.direction, waist.second[2], waist.first[2]))
     seen, size = seen_from_waist(steps, waist, point), _triple_size(build)
     guide = steps.turned(waist.first, pointing)[:2]
-    start = _plane_of_approach(steps, waist, guide, seen)
+    level = steps.square(guide)
+    near = steps.name((level + ALIGNED) * size)
+    start = _plane_of_approach(steps, waist, guide, level, seen)
     heading = waist.way(roll.direction)
-    sides = turn_waist(steps, waist, seen, build.depth, _NEAR_AXIS * size, (pointing, beside), start, guide)
+    sides = turn_waist(steps, waist, seen, build.depth, near, (pointing, beside), start, guide)
     for side, is_left in zip(sides, (True, False), strict=True):
         approach, across = side.left
-        level = steps.select(approach[2] ** 2, PLANE**2, ONE, ZERO)
+        flat = steps.select(approach[2] ** 2, PLANE**2, ONE, ZERO)
         # Where the approach vector has led the waist, the point must lie in that plane too.
-        level = steps.select(side.missed**2, PLANE**2 * size, level, ZERO)
+        flat = steps.select(side.missed**2, PLANE**2 * size, flat, ZERO)
         # The hand as the fourth joint leaves it: its x axis along the approach vector, its y axis along axis 2.
         sine = steps.name(steps.name(approach[1] * across[0]) - steps.name(approach[0] * across[1]))
         turn = steps.argument((across[2], sine))
@@ -228,19 +242,20 @@ def _roll_solutions(steps: Steps, axes: Axes, build: TripleArm, target: Target, 
             angles = (bend.first, bend.second, lift - bend.first - bend.second)
             yield Solution(
                 ((waist.joint, side.swing.angle), *zip(build.turns, angles, strict=True), (roll, turn)),
-                (sane, side.swing.valid, level, bend.valid),
+                (sane, side.swing.valid, flat, bend.valid),
             )
 
 
-def _plane_of_approach(steps: Steps, waist: Waist, guide: Planar, seen: Vector) -> Planar:
+def _plane_of_approach(steps: Steps, waist: Waist, guide: Planar, level: sp.Expr, seen: Vector) -> Planar:
     """The direction of the waist in whose plane the approach vector lies, towards the point that the arm carries.
 
-    Near its axis the waist follows the approach vector, which tells the plane better; where that is upright too, the
-    joint is at rest.
+    The waist follows the approach vector wherever that tells its direction better than the point does; where both are
+    on the axis, the joint is at rest.
     """
-    x, y = guide
-    square = steps.square(guide)
     rest = steps.unit(rest_angle(waist.joint))
-    inverse = steps.name(1 / steps.root(square))
-    side = steps.select(x * seen[0] + y * seen[1], ZERO, -inverse, inverse)
-    return steps.select(square, _NEAR_AXIS, rest[0], x * side), steps.select(square, _NEAR_AXIS, rest[1], y * side)
+    inverse = steps.name(1 / steps.root(level))
+    side = steps.select(guide[0] * seen[0] + guide[1] * seen[1], ZERO, -inverse, inverse)
+    return (
+        steps.select(level, ALIGNED, rest[0], guide[0] * side),
+        steps.select(level, ALIGNED, rest[1], guide[1] * side),
+    )

@@ -136,11 +136,10 @@ def _guided(steps: Steps, swing: Swing, point: Planar, guide: Planar) -> Swing:
     inverse = steps.name(1 / steps.root(length))
     sided = steps.select(ahead, sp.S.Zero, -inverse, inverse)
     better = (steps.name(guide[0] * sided), steps.name(guide[1] * sided))
-    beside = steps.select(swing.along**2, _BESIDE * steps.square(point), ONE, sp.S.Zero)
-    used = steps.select(_BESIDE, length, beside, sp.S.Zero)
+    beside = steps.name(_BESIDE * steps.square(point))
 
     def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
-        return steps.select(sp.S.Zero, used, other, usual)
+        return steps.select(swing.along**2, beside, steps.select(_BESIDE, length, other, usual), usual)
 
     angle = steps.argument(better)
     return Swing(

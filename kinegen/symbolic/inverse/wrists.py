@@ -20,9 +20,6 @@ Flip = tuple[Angle, Angle, Angle]
 def flips(steps: Steps, wrist: Wrist, left: Columns, start: Planar) -> tuple[Flip, Flip]:
     """Solve `left = Rz(t4) Ry(t5 + skew) Rz(t6)` in both ways.
 
-    t4 comes from the third column, t6 from what turning back by it leaves of the others, so that the two fit together
-    however near to each other axes 4 and 6 are; where they are in line, `start` takes the place of the third column.
-
     Args:
         steps: The tape.
         wrist: The wrist.
@@ -32,37 +29,41 @@ def flips(steps: Steps, wrist: Wrist, left: Columns, start: Planar) -> tuple[Fli
     Returns:
         The way with t5 + skew from 0 to 180 deg, and the one with every axis turned to the other side.
     """
-    (r11, r21, _), (r12, r22, _), (r13, r23, r33) = left
-    square = steps.square((r13, r23))
-    lead = (steps.select(square, ALIGNED, start[0], r13), steps.select(square, ALIGNED, start[1], r23))
-    roll = steps.argument(lead)
-    tilt = Angle(steps.name(sp.atan2(steps.root(square), r33, evaluate=False)), 0.0, math.pi)
-    sine = steps.name(steps.name(r21 * lead[0]) - steps.name(r11 * lead[1]))
-    cosine = steps.name(steps.name(r22 * lead[0]) - steps.name(r12 * lead[1]))
-    flange = steps.argument((cosine, sine))
-    skew = fixed(wrist.skew)
-    return (
-        (roll, tilt - skew, flange),
-        (roll + HALF_TURN, -tilt - skew, flange + HALF_TURN),
-    )
-
-
-def hand_direction(steps: Steps, left: Columns, start: Planar) -> Planar:
-    """The direction of t4 without flip as a complex number of length 1, for an arm that goes on from there.
-
-    Args:
-        steps: The tape.
-        left: As for `flips`.
-        start: As for `flips`.
-
-    Returns:
-        The complex number.
-    """
     r13, r23, _ = left[2]
     square = steps.square((r13, r23))
-    length = steps.select(square, ALIGNED, ONE, steps.root(square))
-    inverse = steps.name(1 / length)
+    lead = (steps.select(square, ALIGNED, start[0], r13), steps.select(square, ALIGNED, start[1], r23))
+    roll, tilt, flange = held(steps, left, lead)
+    skew = fixed(wrist.skew)
+    return (roll, tilt - skew, flange), (roll + HALF_TURN, -tilt - skew, flange + HALF_TURN)
+
+
+def held(steps: Steps, left: Columns, lead: Planar) -> Flip:
+    """The angles t4, t5 + skew without flip, and t6, for a given direction of t4.
+
+    t6 comes from what turning back by t4 leaves of the first columns, so that the two fit together however near to each
+    other axes 4 and 6 are.
+    """
+    (r11, r21, _), (r12, r22, _), (_, _, r33) = left
+    tilt = Angle(steps.name(sp.atan2(sine_of(steps, left), r33, evaluate=False)), 0.0, math.pi)
+    sine = steps.name(steps.name(r21 * lead[0]) - steps.name(r11 * lead[1]))
+    cosine = steps.name(steps.name(r22 * lead[0]) - steps.name(r12 * lead[1]))
+    return steps.argument(lead), tilt, steps.argument((cosine, sine))
+
+
+def sine_of(steps: Steps, left: Columns) -> sp.Expr:
+    """The sine of the angle between axes 4 and 6, not negative."""
+    return steps.root(steps.square(left[2][:2]))
+
+
+def hand_direction(steps: Steps, left: Columns) -> Planar:
+    """The direction of t4 without flip as a complex number of length 1, for an arm that goes on from there.
+
+    Where axes 4 and 6 are in line, the one that leaves t6 = 0: what the other columns say is then the turn t4.
+    """
+    (_, _, _), (r12, r22, _), (r13, r23, _) = left
+    square = steps.square((r13, r23))
+    inverse = steps.name(1 / steps.select(square, ALIGNED, ONE, steps.root(square)))
     return (
-        steps.name(steps.select(square, ALIGNED, start[0], r13) * inverse),
-        steps.name(steps.select(square, ALIGNED, start[1], r23) * inverse),
+        steps.name(steps.select(square, ALIGNED, r22, r13) * inverse),
+        steps.name(steps.select(square, ALIGNED, -r12, r23) * inverse),
     )
