@@ -157,7 +157,7 @@ def test_templates_lay_out_and_do_not_decide() -> None:
         tests = {node.name for node in tree(name).find_all(nodes.Test)}
 
         assert found == [], name
-        assert filters <= {"upper", "lower", "length", "indent", "join", "map", "list"}, name
+        assert filters <= {"upper", "lower", "length", "indent", "join", "map", "list", "wordwrap"}, name
         assert tests <= {"defined", "none"}, name
 
 
