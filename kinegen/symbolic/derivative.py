@@ -16,7 +16,7 @@ import sympy as sp
 from kinegen.outputs import Reference
 from kinegen.symbolic.columns import Motion, Mover, angular, linear, moment, movers
 from kinegen.symbolic.expressions import Definition, cost
-from kinegen.symbolic.fold import UPRIGHT, Vector, fold
+from kinegen.symbolic.fold import NULL, UPRIGHT, Vector, fold
 from kinegen.symbolic.ledger import Ledger
 from kinegen.symbolic.marks import Rates, flipped, mark, rates_by, reverse
 from kinegen.symbolic.pose import UNITS, Plan, cheapest_plan, evaluate, pose_entries
@@ -144,10 +144,11 @@ class _Attempt:
             seen, attitude = Route(flipped(route.marked), self.ledger), route.marked.attitude
         elif self.reference is Reference.LOCAL:
             seen = Route(reverse(chain.steps, chain.rates), self.ledger)
-        rotation = self._rotation(chain.steps, seen)
-        end = self.ledger.cheapest(route.positions())
+        rotation, end = self._rotation(chain.steps, seen), NULL
         if self.with_poses:
-            self.ledger.choose([end])
+            end = self.ledger.choose(route.positions())
+        elif self.reference is Reference.LOCAL_WORLD_ALIGNED:
+            end = self.ledger.cheapest(route.positions())
         motions = self._motions(seen, end, chain.count, () if self.with_poses else rotation)
         if self.reference is Reference.LOCAL:
             motions = tuple(motion.turned(attitude, -1) for motion in motions)

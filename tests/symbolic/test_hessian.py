@@ -36,7 +36,7 @@ def kernel(robot: Robot, q: np.ndarray, kind: Kind, frame: str = "") -> np.ndarr
 
 
 @given(robots())
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_hessian_of_any_chain_or_tree_is_the_derivative_of_the_jacobian(robot: Robot) -> None:
     q = joint_vectors(robot)
     judge = reference.Kinematics(robot, q)
@@ -46,7 +46,7 @@ def test_hessian_of_any_chain_or_tree_is_the_derivative_of_the_jacobian(robot: R
 
 
 @given(robots(most_rows=4))
-@settings(max_examples=10)
+@settings(max_examples=6)
 def test_hessian_of_a_frame_is_the_derivative_of_its_jacobian(robot: Robot) -> None:
     q = joint_vectors(robot)
     for frame in (robot.frame_names[0], "station"):

@@ -54,7 +54,7 @@ def operations(name: str, quantity: Quantity) -> int:
 
 
 @given(robots(), references)
-@settings(max_examples=20)
+@settings(max_examples=12)
 def test_jacobian_of_any_chain_or_tree_is_the_derivative_of_the_reference(robot: Robot, seen: Reference) -> None:
     q = joint_vectors(robot)
     found = jacobians(robot, q, Quantity(Kind.JACOBIAN, seen))
@@ -63,7 +63,7 @@ def test_jacobian_of_any_chain_or_tree_is_the_derivative_of_the_reference(robot:
 
 
 @given(robots(), references)
-@settings(max_examples=15)
+@settings(max_examples=10)
 def test_pose_and_jacobian_of_one_call_are_those_of_the_reference(robot: Robot, seen: Reference) -> None:
     q = joint_vectors(robot)
     found = run(robot, lower(derive(robot, Quantity(Kind.FK_JACOBIAN, seen))), q, runtime_defaults(robot))
@@ -75,7 +75,7 @@ def test_pose_and_jacobian_of_one_call_are_those_of_the_reference(robot: Robot, 
 
 
 @given(robots(most_rows=4), references, st.data())
-@settings(max_examples=15)
+@settings(max_examples=10)
 def test_jacobian_of_any_frame_is_the_derivative_of_the_reference(
     robot: Robot, seen: Reference, data: st.DataObject
 ) -> None:
@@ -87,7 +87,7 @@ def test_jacobian_of_any_frame_is_the_derivative_of_the_reference(
 
 
 @given(robots(most_rows=4))
-@settings(max_examples=8)
+@settings(max_examples=6)
 def test_spatial_jacobian_is_the_adjoint_of_the_pose_times_the_body_jacobian(robot: Robot) -> None:
     q = joint_vectors(robot)
     body, spatial = (jacobians(robot, q, Quantity(Kind.JACOBIAN, seen)) for seen in (Reference.LOCAL, Reference.WORLD))

@@ -56,7 +56,7 @@ def compare(robot: Robot, kind: Kind, seen: Reference, frames: tuple[str, ...], 
 
 
 @given(robots(), kinds, references)
-@settings(max_examples=60)
+@settings(max_examples=40)
 def test_motion_of_any_chain_or_tree_is_that_of_the_reference(robot: Robot, kind: Kind, seen: Reference) -> None:
     compare(robot, kind, seen, robot.tips)
 
