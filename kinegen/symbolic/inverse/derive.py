@@ -24,7 +24,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     """All joint vectors that put the tool into a pose.
 
     A branch is valid (1) where the target is within reach, within 1e-11 of it for the squared cosines of the elbow and
-    the waist, and every joint is within its limits, within 1e-9; else its number is 0 and its joint values mean
+    the waist, and every joint is within its limits, within 1e-7; else its number is 0 and its joint values mean
     nothing: any number, or NaN. A valid branch holds no NaN. The attitude of the target must be a rotation.
 
     Args:

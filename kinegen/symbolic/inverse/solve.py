@@ -22,7 +22,7 @@ from kinegen.symbolic.inverse.solve_arm import (
     turn_waist,
     ways,
 )
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, ZERO, Angle, Bend, Steps, fixed
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, REACH, ZERO, Angle, Bend, Steps, fixed
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
@@ -200,9 +200,11 @@ def _within_reach(steps: Steps, build: TripleArm, point: Planar, direction: Plan
     sine = steps.select(aside * scale, ZERO, -sine, sine)
     turned_hand = steps.times(point, (nearest, sine))
     real, imaginary = steps.times(turned_hand, (build.hand[0], -build.hand[1]))
+    # What rounding put outside is left to the elbow, which has a tolerance for it.
+    slack = steps.name(REACH / 10 * upper * lower * scale)
 
     def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
-        return steps.select(cosine, least, other, steps.select(most, cosine, other, usual))
+        return steps.select(cosine, least - slack, other, steps.select(most + slack, cosine, other, usual))
 
     return chosen(real * scale, direction[0]), chosen(imaginary * scale, direction[1])
 

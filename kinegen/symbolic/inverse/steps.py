@@ -24,8 +24,9 @@ REACH = sp.Rational(1, 10**11)
 ALIGNED = sp.Rational(1, 10**20)
 FLAT = sp.Rational(1, 10**14)
 """Squared sines below this are rounding: the arm is stretched or folded."""
-WITHIN = sp.Rational(1, 10**9)
-"""How far outside its limits a joint may be found, in its own unit."""
+WITHIN = sp.Rational(1, 10**7)
+"""How far outside its limits a joint may be found, in its own unit: where two branches meet, rounding turns joints by
+its square root, 2e-8."""
 PLANE = sp.Rational(1, 10**6)
 """How far a target may be from what an arm of fewer than six joints can do: radians, or relative to the arm's size."""
 
