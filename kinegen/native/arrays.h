@@ -24,6 +24,7 @@ typedef struct {
     int rank;
     npy_intp shape[4];
     int is_pose;       /* whether it holds matrices, whose last rows some layouts leave out */
+    int is_empty;      /* whether it has no elements: a vector of no joints, a Jacobian by none */
 } Form;
 
 /* Where an array of a call lies, with strides in elements. */
@@ -79,14 +80,6 @@ static int is_dense(PyArrayObject *array, int lead, npy_intp size)
     return 1;
 }
 
-/* Whether an array has no elements, whatever the batch: a vector of no joints, a Jacobian by none. */
-static int is_empty(const Form *form)
-{
-    int empty = 0;
-    for (int i = 0; i < form->rank; ++i) empty |= form->shape[i] == 0;
-    return empty;
-}
-
 /* The number of axes of one configuration in a layout. */
 static int inner_rank(const Form *form, int layout)
 {
@@ -98,8 +91,10 @@ static int has_shape(PyArrayObject *array, int lead, const Form *form, int layou
 {
     npy_intp rows = 1;
     if (PyArray_NDIM(array) != lead + inner_rank(form, layout)) return 0;
-    for (int i = 0; i < form->rank; ++i) rows *= form->shape[i];
-    if (layout == LAYOUT_JOINT_MAJOR) return PyArray_DIM(array, lead) == (form->is_pose ? rows / 4 * 3 : rows);
+    if (layout == LAYOUT_JOINT_MAJOR) {
+        for (int i = 0; i < form->rank; ++i) rows *= form->shape[i];
+        return PyArray_DIM(array, lead) == (form->is_pose ? rows / 4 * 3 : rows);
+    }
     for (int i = 0; i < form->rank; ++i) {
         const int shorter = layout == LAYOUT_3X4 && form->is_pose && i == form->rank - 2;
         if (PyArray_DIM(array, lead + i) != form->shape[i] - shorter) return 0;
@@ -174,14 +169,14 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
         PyArrayObject *const array = (PyArrayObject *)addresses[i];
         const int is_result = i >= inputs;
         if (!fits(array, first, lead, &forms[i], is_result, layout)) return 0;
-        if (is_empty(&forms[i])) { /* nothing is read or written */
+        if (forms[i].is_empty) { /* nothing is read or written */
             places[i] = (Place){PyArray_DATA(array), 0, 0};
             continue;
         }
         if (!find_place(array, lead, count, size, is_result, layout, &places[i])) return 0;
         if (call->single && !is_dense(array, lead, size)) return 0;
         for (int other = 0; is_result && count != 0 && other < i; ++other) {
-            if (!is_empty(&forms[other]) && !are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
+            if (!forms[other].is_empty && !are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
         }
     }
     return 1;

@@ -215,4 +215,4 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
 
 def _form(array: Array) -> str:
     shape = ", ".join(str(extent) for extent in array.shape)
-    return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}}}"
+    return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}, {int(not array.size)}}}"
