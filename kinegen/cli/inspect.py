@@ -51,7 +51,7 @@ def _inspect(file: str) -> None:
 
 def _unknown_lines(reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
-    return [*lines, f"{_INDENT}The numeric inverse serves every arm."]
+    return [*lines, f"{_INDENT}The numeric inverse serves every arm: kinegen build --outputs numeric_inverse"]
 
 
 def _family_lines(robot: Robot, family: Family) -> list[str]:

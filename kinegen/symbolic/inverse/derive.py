@@ -64,8 +64,9 @@ def family_of(robot: Robot) -> Family:
     """
     family = recognise(robot)
     if isinstance(family, Unknown):
+        first, *others = family.reasons
+        more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
         raise KinegenError(
-            f"{robot.name} has no closed-form inverse here: {'; '.join(family.reasons)}; "
-            "the numeric inverse serves every arm"
+            f"{robot.name} has no closed-form inverse: {first}{more}; numeric_inverse serves every arm", robot.source
         )
     return family
