@@ -58,7 +58,9 @@ def names_of(_context: click.Context, _parameter: click.Parameter, text: str) ->
     default=",".join(map(str, USUAL)),
     show_default=True,
     callback=quantities_of,
-    help="What is computed: pose of the tips, frames of all links, position of the tips.",
+    help="What is computed: pose, frames, position; jacobian, fk_jacobian, twist, acceleration, hessian (with _local "
+    "or _world for other axes); quaternion_wxyz, rpy_zyx and other orientations, with _jacobian for their derivatives; "
+    "inverse, numeric_inverse; actuators_to_joints and others. pose@FRAME is of one frame; a wrong name lists all.",
 )
 @click.option(
     "--wrt",

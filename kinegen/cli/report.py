@@ -38,13 +38,11 @@ def report_lines(result: BuildResult, *, brief: bool) -> list[str]:
 
 def _operations(result: BuildResult) -> list[str]:
     """Ours beside those of the plain product, which there is for the pose alone."""
-    rows = [(str(quantity), str(count), "") for quantity, count in result.counts.items()]
     plain = f"a plain product of link matrices: {result.plain}"
-    if Quantity.POSE in result.counts:
-        rows = [(*row[:2], plain if row[0] == str(Quantity.POSE) else "") for row in rows]
-    else:
-        rows.append(("pose", "not built", plain))
-    table = columns([(f"{_INDENT}  {name}", *rest) for name, *rest in rows], left=frozenset({0, 1, 2}))
+    rows = [(quantity, str(count)) for quantity, count in result.counts.items()]
+    rows += [(Quantity.POSE, "not built")] * (Quantity.POSE not in result.counts)
+    texts = ((str(quantity), f"{text}  {plain}" if quantity == Quantity.POSE else text) for quantity, text in rows)
+    table = columns([(f"{_INDENT}  {name}", text) for name, text in texts], left=frozenset({0, 1}))
     return ["", f"{_INDENT}{strong('operations')}", *table]
 
 

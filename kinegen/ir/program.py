@@ -110,10 +110,15 @@ class Count:
     selections: int = 0
 
     def __str__(self) -> str:
-        divisions = f" + {self.divisions} div" if self.divisions else ""
-        others = ((self.roots, "sqrt"), (self.arc_tangents, "atan2"), (self.selections, "select"))
+        others = (
+            (self.divisions, "div"),
+            (self.sine_cosines, "sincos"),
+            (self.roots, "sqrt"),
+            (self.arc_tangents, "atan2"),
+            (self.selections, "select"),
+        )
         rest = "".join(f" + {number} {word}" for number, word in others if number)
-        return f"{self.multiplications} mul + {self.additions} add{divisions} + {self.sine_cosines} sincos{rest}"
+        return f"{self.multiplications} mul + {self.additions} add{rest}"
 
 
 @dataclass(frozen=True, slots=True)
