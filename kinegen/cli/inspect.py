@@ -60,11 +60,13 @@ def _family_lines(robot: Robot, family: Family) -> list[str]:
     branches = [f"{_INDENT * 2}{index}  {name}" for index, name in enumerate(family.branches)]
     rows = [_row(robot, constant) for constant in constants(family)]
     table = columns(rows, left=frozenset({0, 2})) if rows else []
+    meanings = [line for meaning in family.meanings for line in filled([meaning], _INDENT * 2)]
     conditions = [line for condition in family.conditions for line in filled([condition], _INDENT * 2)]
     return [
         f"{_INDENT}solved for the {family.aim} of the tool",
         f"{_INDENT}branches",
         *branches,
+        *meanings,
         *([f"{_INDENT}constants", *table] if table else []),
         f"{_INDENT}targets",
         *conditions,

@@ -17,12 +17,14 @@ class Branches:
     Attributes:
         family: What such arms are called.
         names: The branches, in the order of the results.
+        meanings: What the words in their names mean; sentences.
         conditions: What a target must be, and what is chosen where there is a choice; sentences.
         turns: What a whole turn of each joint is in its variable; infinite for one that shifts.
     """
 
     family: str
     names: tuple[str, ...]
+    meanings: tuple[str, ...]
     conditions: tuple[str, ...]
     turns: tuple[float, ...]
 
@@ -36,7 +38,7 @@ def branches_of(kernels: Kernels) -> Branches | None:
 
     family = family_of(kernels.robot)
     turns = tuple(2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints)
-    return Branches(family.name, family.branches, family.conditions, turns)
+    return Branches(family.name, family.branches, family.meanings, family.conditions, turns)
 
 
 def branch_lines(branches: Branches, width: int) -> tuple[str, ...]:
@@ -44,6 +46,7 @@ def branch_lines(branches: Branches, width: int) -> tuple[str, ...]:
     lines = (
         f"Family: {branches.family}. Rows of solutions:",
         *(f"  {index}  {name}" for index, name in enumerate(branches.names)),
+        *branches.meanings,
         "valid is 1 for a solution within the limits, else 0; its row then holds anything. Targets:",
         *(f"  {condition}" for condition in branches.conditions),
     )

@@ -34,7 +34,7 @@ from kinegen.symbolic.inverse.geometry import (
     waist_of,
     wrist_of,
 )
-from kinegen.symbolic.inverse.names import branch_names, conditions_of
+from kinegen.symbolic.inverse.names import branch_names, conditions_of, meanings_of
 
 
 class Refusal(Exception):  # noqa: N818 - an answer, not an error
@@ -198,7 +198,15 @@ def point_arm(axes: Axes) -> Family:
     """Three joints that put the tool in its place."""
     arm = _arm_of(axes, axes.position)
     build = PointArm(arm)
-    return Family(_ARM_NAMES[type(arm)][0], build, axes, Aim.POSITION, branch_names(build), conditions_of(build))
+    return Family(
+        _ARM_NAMES[type(arm)][0],
+        build,
+        axes,
+        Aim.POSITION,
+        branch_names(build),
+        meanings_of(build),
+        conditions_of(build),
+    )
 
 
 def wrist_arm(axes: Axes) -> Family:
@@ -206,7 +214,9 @@ def wrist_arm(axes: Axes) -> Family:
     wrist = _spherical_wrist(axes)
     arm = _arm_of(axes, wrist.centre)
     build = WristArm(arm, wrist)
-    return Family(_ARM_NAMES[type(arm)][1], build, axes, Aim.POSE, branch_names(build), conditions_of(build))
+    return Family(
+        _ARM_NAMES[type(arm)][1], build, axes, Aim.POSE, branch_names(build), meanings_of(build), conditions_of(build)
+    )
 
 
 def _spherical_wrist(axes: Axes) -> Wrist:
@@ -247,7 +257,7 @@ def flat_arm(axes: Axes) -> Family:
         else f"planar {len(turns)}R"
     )
     aim = Aim.POSE if len(turns) == 3 else Aim.POSITION
-    return Family(name, build, axes, aim, branch_names(build), conditions_of(build))
+    return Family(name, build, axes, aim, branch_names(build), meanings_of(build), conditions_of(build))
 
 
 def triple_arm(axes: Axes) -> Family:
@@ -278,4 +288,4 @@ def triple_arm(axes: Axes) -> Family:
         waist, (second, third, fourth), upper[:2], lower[:2], hand[:2], depth, end, None if wrist else fifth, wrist
     )
     name = "UR type: parallel axes 2, 3, 4" if wrist else "AL5D type: waist, parallel axes 2, 3, 4, roll"
-    return Family(name, build, axes, Aim.POSE, branch_names(build), conditions_of(build))
+    return Family(name, build, axes, Aim.POSE, branch_names(build), meanings_of(build), conditions_of(build))

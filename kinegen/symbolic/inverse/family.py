@@ -187,6 +187,7 @@ class Family:
         axes: Its chain at q = 0.
         aim: What of a target decides.
         branches: Names of the solutions, in order.
+        meanings: What the words in these names mean; sentences.
         conditions: What a target must be besides within reach, and what is chosen where there is a choice; sentences.
     """
 
@@ -195,4 +196,5 @@ class Family:
     axes: Axes
     aim: Aim
     branches: tuple[str, ...]
+    meanings: tuple[str, ...]
     conditions: tuple[str, ...]

@@ -18,15 +18,20 @@ from kinegen.symbolic.inverse.family import (
     WristArm,
 )
 
-SHOULDER = ("shoulder left", "shoulder right")
-"""Left: what the arm carries is in front of the waist, on the side of the zero pose; right: the arm reaches back."""
+Choice = tuple[str, str]
 
-ELBOW = ("elbow up", "elbow down")
-"""Up: seen with what the arm carries to the right of the shoulder, axis 3 lies above the line between them."""
+SHOULDER: Choice = ("shoulder left", "shoulder right")
+ELBOW: Choice = ("elbow up", "elbow down")
+STROKE: Choice = ("stroke forward", "stroke backward")
+WRIST: Choice = ("wrist no-flip", "wrist flip")
 
-STROKE = ("stroke forward", "stroke backward")
-WRIST = ("wrist no-flip", "wrist flip")
-"""No-flip: the middle joint of the wrist stands from 0 to 180 deg on from where its neighbours are in line."""
+_MEANINGS: dict[Choice, str] = {
+    SHOULDER: "shoulder left: the arm reaches to the side of the zero pose; right: back over its waist",
+    ELBOW: "elbow up: axis 3 above the line from axis 2 to what the arm carries, seen with that on the right",
+    STROKE: "stroke forward: what the arm carries lies ahead of the axis that the stroke turns about; backward: behind",
+    WRIST: "wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5",
+}
+_FLAT_ELBOW = "elbow up: the second axis to the left of the line from the first one to what it carries"
 
 
 def branch_names(build: Build) -> tuple[str, ...]:
@@ -38,21 +43,31 @@ def branch_names(build: Build) -> tuple[str, ...]:
     Returns:
         One name for each; the shoulder changes slowest, the wrist fastest.
     """
+    return tuple(", ".join(names) or "the only one" for names in product(*_choices(build)))
+
+
+def meanings_of(build: Build) -> tuple[str, ...]:
+    """What the words in the names of an arm's branches mean, a sentence for each choice."""
+    if isinstance(build, FlatArm):
+        return (_FLAT_ELBOW,)
+    return tuple(_MEANINGS[choice] for choice in _choices(build))
+
+
+def _choices(build: Build) -> tuple[Choice, ...]:
     match build:
         case WristArm(arm):
-            choices = (*_arm_choices(arm), WRIST)
+            return (*_arm_choices(arm), WRIST)
         case PointArm(arm):
-            choices = _arm_choices(arm)
+            return _arm_choices(arm)
         case FlatArm():
-            choices = (ELBOW,)
+            return (ELBOW,)
         case TripleArm(wrist=None):
-            choices = (SHOULDER, ELBOW)
+            return (SHOULDER, ELBOW)
         case TripleArm():
-            choices = (SHOULDER, ELBOW, WRIST)
-    return tuple(", ".join(names) or "the only one" for names in product(*choices))
+            return (SHOULDER, ELBOW, WRIST)
 
 
-def _arm_choices(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[tuple[str, str], ...]:
+def _arm_choices(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[Choice, ...]:
     match arm:
         case ElbowArm():
             return (SHOULDER, ELBOW)

@@ -9,6 +9,7 @@ import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes
+from kinegen.symbolic.inverse.cranks import Bend, bend_to
 from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
 from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
@@ -22,7 +23,7 @@ from kinegen.symbolic.inverse.solve_arm import (
     turn_waist,
     ways,
 )
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, REACH, ZERO, Angle, Bend, Steps, fixed
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, REACH, ZERO, Angle, Steps, fixed
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
@@ -128,7 +129,7 @@ def _flat_solutions(steps: Steps, axes: Axes, build: FlatArm, target: Target, sa
         upright = steps.select(ZERO, up[2], ONE, ZERO)
         valid.append(steps.select(steps.square(up[:2]), PLANE**2, upright, ZERO))
         yaw = steps.argument(ahead[:2])
-    for bend in steps.bend((x, y), build.upper, build.lower, rest_angle(first)):
+    for bend in bend_to(steps, (x, y), build.upper, build.lower, rest_angle(first)):
         angles = [bend.first, bend.second]
         if yaw is not None:
             angles.append(yaw - bend.first - bend.second)
@@ -213,7 +214,7 @@ def _bend_triple(steps: Steps, build: TripleArm, side: Turned, direction: Planar
     """The two ways to bring axis 4 to where the hand, turned by a direction, begins."""
     begin = steps.times(direction, build.hand)
     across = (steps.name(side.across[0] - begin[0]), steps.name(side.across[1] - begin[1]))
-    bends = steps.bend(across, build.upper, build.lower, rest_angle(build.turns[0]))
+    bends = bend_to(steps, across, build.upper, build.lower, rest_angle(build.turns[0]))
     return bends if is_left else (bends[1], bends[0])
 
 

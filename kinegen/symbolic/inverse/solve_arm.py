@@ -9,11 +9,12 @@ import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import JointAxis
+from kinegen.symbolic.inverse.cranks import Swing, bend_to, swing_to
 from kinegen.symbolic.inverse.exact import IDENTITY, Rotation, tidy
 from kinegen.symbolic.inverse.family import Arm, ColumnArm, ElbowArm, GantryArm, StrokeArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist
 from kinegen.symbolic.inverse.solutions import rest_angle
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, REACH, Angle, Steps, Swing, fixed
+from kinegen.symbolic.inverse.steps import ALIGNED, ONE, REACH, Angle, Steps, fixed
 
 _BESIDE = sp.Rational(1, 10**6)
 
@@ -120,7 +121,7 @@ def turn_waist(
     aside = steps.name(tidy(-waist.sine * depth)) if waist.cosine == 0 else waist.cosine * height - waist.sine * depth
     level = [steps.turned(waist.first, vector) for vector in vectors]
     turned = []
-    for found in steps.swing((x, y), steps.name(aside), near, start):
+    for found in swing_to(steps, (x, y), steps.name(aside), near, start):
         swing = found if guide is None or aside == 0 else _guided(steps, found, (x, y), guide)
         left = tuple(_tilted(steps, waist, (*steps.back(swing.direction, each[:2]), each[2])) for each in level)
         _, reached = steps.back(swing.direction, (x, y))
@@ -186,7 +187,7 @@ def _elbow_ways(steps: Steps, arm: ElbowArm, point: Vector, vectors: Vectors) ->
     seen, rest = seen_from_waist(steps, waist, point), steps.unit(rest_angle(waist.joint))
     sides = turn_waist(steps, waist, seen, arm.depth, near, vectors, rest)
     for turned, is_left in zip(sides, (True, False), strict=True):
-        bends = steps.bend(turned.across, arm.upper, arm.lower, rest_angle(arm.shoulder))
+        bends = bend_to(steps, turned.across, arm.upper, arm.lower, rest_angle(arm.shoulder))
         # Behind the waist the arm is seen in a mirror.
         for bend in bends if is_left else reversed(bends):
             amounts = ((waist.joint, turned.swing.angle), (arm.shoulder, bend.first), (arm.elbow, bend.second))
@@ -200,7 +201,7 @@ def _stroke_ways(steps: Steps, arm: StrokeArm, point: Vector, vectors: Vectors) 
     seen, rest = seen_from_waist(steps, waist, point), steps.unit(rest_angle(waist.joint))
     lowered = steps.times(steps.unit(rest_angle(arm.shoulder)), arm.heading)
     for turned in turn_waist(steps, waist, seen, arm.depth, near, vectors, rest):
-        for swing in steps.swing(turned.across, aside, near, lowered):
+        for swing in swing_to(steps, turned.across, aside, near, lowered):
             direction = steps.back(arm.heading, swing.direction)
             amounts = (
                 (waist.joint, turned.swing.angle),
@@ -215,7 +216,7 @@ def _column_ways(steps: Steps, arm: ColumnArm, point: Vector, vectors: Vectors) 
     ahead, aside = _along(arm.heading, arm.start[:2])
     rest = steps.times(steps.unit(rest_angle(arm.turn)), arm.heading)
     level = tuple(steps.turned(arm.frame, vector) for vector in vectors)
-    for swing in steps.swing((x, y), aside, ALIGNED * arm_size(*arm.start), rest):
+    for swing in swing_to(steps, (x, y), aside, ALIGNED * arm_size(*arm.start), rest):
         direction = steps.back(arm.heading, swing.direction)
         amounts = (
             (arm.turn, swing.angle - fixed(sp.atan2(arm.heading[1], arm.heading[0]))),
