@@ -1,0 +1,55 @@
+"""A whole build with an inverse: C, batch and NumPy, double and float, with runtime lengths, proved there and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen.native.package import load_package
+from kinegen.outputs import Kind, Quantity
+from kinegen.verify import inverse
+from tests.builds.workshop import make, set_machine, write_robot
+
+SCARA = """\
+kinegen: 1
+name: scara_4
+description: SCARA with four joints
+convention: standard
+units: {length: mm, angle: deg}
+parameters:
+  a1: {value: 225, runtime: true}
+  a2: {value: 175, runtime: true}
+joints:
+  - {name: shoulder, theta: q, d: 150, a: a1, alpha: 0, limits: [-132, 132]}
+  - {name: elbow, theta: q, d: 0, a: a2, alpha: 180, limits: [-141, 141]}
+  - {name: stroke, theta: 0, d: q, a: 0, alpha: 0, limits: [0, 150]}
+  - {name: roll, theta: q, d: 0, a: 0, alpha: 0, limits: [-360, 360]}
+"""
+
+
+def test_a_build_with_an_inverse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    set_machine(monkeypatch, tmp_path / "cache")
+    monkeypatch.setattr(inverse, "TARGETS", 2000)
+    monkeypatch.setattr(inverse, "FEWER", 500)
+    quantities = (Quantity.POSE, Quantity(Kind.INVERSE))
+    result = make(write_robot(tmp_path, SCARA, "scara_4.yaml"), tmp_path, quantities=quantities)
+    targets = {each.target for each in result.proof.comparisons if each.quantity.kind is Kind.INVERSE}
+    header = (tmp_path / "scara_4" / "scara_4.h").read_text(encoding="utf-8")
+    package = load_package(tmp_path / "scara_4")
+    q = np.array([0.3, -0.8, 40.0, 5.0])
+    moved = package.Params(250.0, 160.0)
+    found, exists = package.inverse(package.fk(q, params=moved), nearest=q + 0.1, params=moved)
+
+    assert result.proof.holds
+    assert targets == {
+        f"{way}, there and back"
+        for real in ("double", "float")
+        for way in (f"C {real}", f"C {real}, batch", f"NumPy {real}")
+    }
+    assert any(line.startswith("inverse: 2,000 random targets") for line in result.proof.counts)
+    assert " *   0  elbow up\n *   1  elbow down\n" in header
+    assert "#define SCARA_4_BRANCHES 2\n" in header
+    assert exists
+    np.testing.assert_allclose(found, q, atol=1e-9)
