@@ -77,7 +77,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
             if robot.runtime_parameters:
                 moved, values = move_parameters(robot)
                 trials = try_inverse(moved, package, quantity, real, values)
-                comparisons += [_inverse_comparison(moved, quantity, trial) for trial in trials]
+                others = [_inverse_comparison(moved, quantity, trial) for trial in trials]
+                comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
 

@@ -44,9 +44,10 @@ def test_a_build_with_an_inverse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
     assert result.proof.holds
     assert targets == {
-        f"{way}, there and back"
+        f"{way}, there and back{parameters}"
         for real in ("double", "float")
         for way in (f"C {real}", f"C {real}, batch", f"NumPy {real}")
+        for parameters in ("", ", other parameters")
     }
     assert any(line.startswith("inverse: 2,000 random targets") for line in result.proof.counts)
     assert " *   0  elbow up\n *   1  elbow down\n" in header
