@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinegen import reference
+from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import singular_samples
 from tests.inverse.arms import DISTAL, Arm, arm_of, distances, errors, evaluate, joint_vectors, robots
+
+ROBOTS = Path(__file__).parents[2] / "robots"
 
 NAMES = {
     "cylindrical arm, lift first": "cylindrical arm",
@@ -81,3 +88,25 @@ def test_solutions_keep_within_the_limits(kind: str) -> None:
                 assert values.max() <= high + 2e-7
 
     check()
+
+
+@pytest.mark.parametrize("name", ["puma560", "stanford", "ur5", "al5d"])
+@pytest.mark.parametrize("signs", [(1, 1, 1, 1, 1, 1), (-1, 1, -1, 1, 1, -1), (1, -1, 1, -1, -1, 1)])
+def test_runtime_lengths_may_take_other_values_and_signs(name: str, signs: tuple[int, ...]) -> None:
+    """Formulas hold for negative lengths too; only what a branch is called may then change."""
+    text = (ROBOTS / f"{name}.yaml").read_text(encoding="utf-8")
+    text = re.sub(r"^  (\w+): (-?[\d.]+)$", r"  \1: {value: \2, runtime: true}", text, flags=re.MULTILINE)
+    arm = arm_of(loads(text, f"{name}.yaml"))
+    values = tuple(
+        sign * value * (1 + place / 10) for place, (sign, value) in enumerate(zip(signs, arm.params, strict=False))
+    )
+    parameters = dict(zip((each.name for each in arm.robot.runtime_parameters), values, strict=True))
+    q = joint_vectors(arm.robot, 200, 5)
+    poses = reference.pose(arm.robot, q, parameters)[:, 0]
+    solutions, valid = evaluate(replace(arm, params=values), poses)
+    solved = valid != 0
+    reached = np.stack([reference.pose(arm.robot, each, parameters)[:, 0] for each in solutions.swapaxes(0, 1)], axis=1)
+
+    assert len(parameters) > 1
+    np.testing.assert_allclose(reached[solved], np.repeat(poses, solved.sum(axis=1), axis=0), atol=1e-9)
+    assert np.where(solved, distances(arm, solutions, q), np.inf).min(axis=1).max() < 1e-6

@@ -48,7 +48,8 @@ def joint_values(steps: Steps, solution: Solution) -> tuple[tuple[sp.Expr, ...],
         solution: The branch.
 
     Returns:
-        The joint variables in their order, each as near to the middle of its limits as whole turns allow, and 1 or 0.
+        The joint variables in their order, each brought by whole turns into the turn about the middle of its limits, or
+        about 0 as far as they leave room for more than one turn, and 1 or 0.
     """
     valid = ONE
     for factor in solution.valid:
@@ -66,7 +67,7 @@ def _both(steps: Steps, left: sp.Expr, right: sp.Expr) -> sp.Expr:
 
 
 def _wrapped(steps: Steps, joint: JointAxis, angle: Angle) -> sp.Expr:
-    """The variable of a joint that turns, brought by whole turns into one turn about the middle of its limits."""
+    """The variable of a joint that turns, brought by whole turns into its window."""
     turn = _turn(joint)
     start = _window(joint, turn)
     value = steps.name(angle.value / joint.rate)
