@@ -23,6 +23,7 @@ from kinegen.robot.model import Robot
 from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
 from kinegen.verify.samples import FloatArray, input_samples, vector_samples
 from kinegen.verify.subjects import subjects
+from kinegen.verify.targets import inverse_targets
 from kinegen.verify.tolerances import accepted_error
 
 Row = tuple[Fraction, ...]
@@ -55,7 +56,8 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     Returns:
         Inputs, results and tolerances. Results are held to the robot's reach, to 1 if that is less, or to the largest
         of those that are neither poses nor positions if that is more. A kernel whose numbers jump at every pose, by
-        what rounding leaves of a zero, has no vectors; nor has the inverse, which gives several results for one pose.
+        what rounding leaves of a zero, has no vectors. The inverse, which gives several results for one pose, has
+        targets instead.
     """
     robot = kernels.robot
     programs = tuple(program for program in kernels.programs if program.quantity.kind is not Kind.INVERSE)
@@ -74,7 +76,13 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
         tolerances={real: Fraction(accepted_error(robot, real)) * extent for real in Real},
+        targets=_targets(robot) if len(programs) < len(kernels.programs) else (),
     )
+
+
+def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
+    with mpmath.workdps(DIGITS):
+        return tuple(zip(*map(_rows, inverse_targets(robot)), strict=True))
 
 
 def rounded(values: FloatArray) -> FloatArray:

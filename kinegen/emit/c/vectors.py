@@ -13,13 +13,20 @@ from fractions import Fraction
 from kinegen.emit.c.arguments import computed, declared, given
 from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
+from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.words import input_text
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, comment_text, function, guard, prefix, sincos_macro
-from kinegen.outputs import Quantity
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.extent import reach
+
+Row = tuple[Fraction, ...]
+
+INVERSE_TOLERANCES = {Real.DOUBLE: Fraction(1, 10**10), Real.FLOAT: Fraction(1, 10**4)}
+"""How near a solution must be to the joint vector of its target: radians, and lengths relative to the reach."""
 
 _PI = Fraction(math.pi)
 
@@ -47,19 +54,20 @@ class Vectors:
         expected: For each quantity its results in order.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
         tolerances: Largest accepted difference of an entry, in its own unit, for each number type.
+        targets: Poses that the inverse has to solve, each with the joint vector that it comes from; none without one.
     """
 
     inputs: Mapping[str, tuple[tuple[Fraction, ...], ...]]
     expected: Mapping[Quantity, tuple[Expected, ...]]
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
     tolerances: Mapping[Real, Fraction]
+    targets: tuple[tuple[Row, Row], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class VectorInput:
     """The values of one input."""
 
-    name: str
     array: str
     extent: str
     words: str
@@ -95,6 +103,23 @@ class VectorCheck:
 
 
 @dataclass(frozen=True, slots=True)
+class InverseCheck:
+    """The check of the inverse at its targets: a solution has to be the joint vector that a target comes from."""
+
+    function: str
+    count_macro: str
+    count: int
+    tolerance_macro: str
+    tolerance: str
+    dof: str
+    branches: str
+    poses: tuple[str, ...]
+    joints: tuple[str, ...]
+    turns: str
+    call: str
+
+
+@dataclass(frozen=True, slots=True)
 class VectorContext:
     """What the templates `c/vectors.h.jinja` and `c/selftest.c.jinja` are given."""
 
@@ -112,16 +137,16 @@ class VectorContext:
     count: int
     inputs: tuple[VectorInput, ...]
     checks: tuple[VectorCheck, ...]
+    inverse: InverseCheck | None
     left_out: tuple[str, ...]
     has_turns: bool
-    half_turn: str
-    turn: str
     pairs: tuple[str, ...]
     pairs_macro: str
     sincos: Sincos
     sincos_macro: str
     tolerance: str
     zero: str
+    one: str
 
 
 def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, str]:
@@ -138,7 +163,12 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
     robot = kernels.robot
     stem = prefix(robot.name, real)
     checked = [program for program in kernels.programs if program.quantity in vectors.expected]
-    left_out = [program.quantity for program in kernels.programs if program.quantity not in vectors.expected]
+    inverse = _inverse_check(kernels, vectors, real)
+    left_out = [
+        program.quantity
+        for program in kernels.programs
+        if program.quantity not in vectors.expected and program.quantity.kind is not Kind.INVERSE
+    ]
     context = VectorContext(
         header=f"{stem}_vectors.h",
         source=f"{stem}_selftest.c",
@@ -151,19 +181,20 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         real=real.value,
         length=robot.units.length,
         count_macro=f"{stem.upper()}_VECTORS",
-        count=len(vectors.inputs["q"]),
+        count=len(vectors.inputs["q"]) if checked else 0,
         inputs=tuple(_inputs(kernels, checked, vectors, real)),
         checks=tuple(_check(kernels, program, vectors, real) for program in checked),
+        inverse=inverse,
         left_out=tuple(function(robot.name, quantity.function, real) for quantity in left_out),
-        has_turns=any(result.turns for program in checked for result in vectors.expected[program.quantity]),
-        half_turn=real.literal(_PI),
-        turn=real.literal(2 * _PI),
+        has_turns=inverse is not None
+        or any(result.turns for program in checked for result in vectors.expected[program.quantity]),
         pairs=tuple(_pair(*pair, real) for pair in vectors.pairs),
         pairs_macro=f"{stem.upper()}_PAIRS",
         sincos=SINCOS[real],
         sincos_macro=sincos_macro(robot.name, real),
         tolerance=real.literal(vectors.tolerances[real]),
         zero=real.literal(Fraction(0)),
+        one=real.literal(Fraction(1)),
     )
     return {
         name: environment().get_template(template).render(k=context, prefix=stem, qualifier="static")
@@ -176,7 +207,6 @@ def _inputs(kernels: Kernels, checked: list[Program], vectors: Vectors, real: Re
     arrays = {array.name: array for program in checked for array in given(program)}
     for name, array in arrays.items():
         yield VectorInput(
-            name=name,
             array=f"{prefix(kernels.robot.name, real)}_vectors_{name}",
             extent=macros(kernels)[0][0] if array.shape == (kernels.robot.dof,) else str(array.stored),
             words="Joint vectors." if name == "q" else f"{name}: {input_text(array)}.",
@@ -184,20 +214,46 @@ def _inputs(kernels: Kernels, checked: list[Program], vectors: Vectors, real: Re
         )
 
 
+def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseCheck | None:
+    branches = branches_of(kernels)
+    if branches is None:
+        return None
+    robot = kernels.robot
+    stem, name = prefix(robot.name, real), function(robot.name, Kind.INVERSE, real)
+    shifts = any(math.isinf(turn) for turn in branches.turns)
+    extent = max(Fraction(1), Fraction(reach(robot))) if shifts else Fraction(1)
+    return InverseCheck(
+        function=name,
+        count_macro=macro(stem, "TARGETS"),
+        count=len(vectors.targets),
+        tolerance_macro=macro(stem, "INVERSE_TOLERANCE"),
+        tolerance=real.literal(INVERSE_TOLERANCES[real] * extent),
+        dof=macro(robot.name, "DOF"),
+        branches=macro(robot.name, "BRANCHES"),
+        poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
+        joints=tuple(_row(joints, real) for _, joints in vectors.targets),
+        turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
+        call=f"{name}({', '.join([f'{name}_targets[target]', *_parameters(kernels, real), 'solutions', 'valid'])})",
+    )
+
+
 def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> VectorCheck:
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
     expected = vectors.expected[program.quantity]
-    arguments = [array.name for array in given(program)]
-    if robot.runtime_parameters:
-        arguments.append(f"&{prefix(robot.name, real)}_default_params")
-    arguments += [array.name for array in computed(program)]
+    inputs = [f"{prefix(robot.name, real)}_vectors_{array.name}[vector]" for array in given(program)]
+    arguments = [*inputs, *_parameters(kernels, real), *(array.name for array in computed(program))]
     return VectorCheck(
         function=name,
         count=min(len(result.rows) for result in expected),
         results=tuple(_results(kernels, program, expected, real)),
         call=f"{name}({', '.join(arguments)})",
     )
+
+
+def _parameters(kernels: Kernels, real: Real) -> list[str]:
+    """The argument for runtime parameters, if there are any."""
+    return [f"&{prefix(kernels.robot.name, real)}_default_params"] if kernels.robot.runtime_parameters else []
 
 
 def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...], real: Real) -> Iterator[VectorResult]:
@@ -224,7 +280,7 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
             stride=array.stored,
             output=declared(kernels, program, array),
             first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
-            value=f"turned({place}, {wanted})" if result.turns else place,
+            value=f"turned({place}, {wanted}, {real.literal(2 * _PI)})" if result.turns else place,
             wanted=wanted,
         )
 
