@@ -107,7 +107,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
         contents = _contents(emitted, extension, integers)
-        proof, backend, known = proof_of(robot, contents, quantities, tuple(map(str, options.reals)))
+        proven = (*quantities, *[NUMERIC_INVERSE] * kernels.numeric_inverse)
+        proof, backend, known = proof_of(robot, contents, proven, tuple(map(str, options.reals)))
         proof, reasons = _prove_integers(proof, integers, options)
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.outputs import Array, Kind, Quantity
+from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
 from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
@@ -22,6 +23,7 @@ from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
 from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
+from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
 
@@ -57,7 +59,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     Returns:
         The comparisons; see `Proof.require`.
     """
-    inverses = tuple(each for each in quantities if each.kind is Kind.INVERSE)
+    inverses = tuple(each for each in quantities if each.kind in (Kind.INVERSE, Kind.NUMERIC_INVERSE))
     quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
     comparisons = _compare_ways(robot, package, quantities, reals, samples)
@@ -69,17 +71,45 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         comparisons += _compare_exactly(robot, package, quantities)
         comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
     counts: list[str] = []
-    for quantity in inverses:
-        for real in reals:
-            trials = try_inverse(robot, package, quantity, real)
-            counts += [counts_line(max(trials, key=lambda trial: trial.poses))] * (real == reals[0])
-            comparisons += [_inverse_comparison(robot, quantity, trial) for trial in trials]
-            if robot.runtime_parameters:
-                moved, values = move_parameters(robot)
-                trials = try_inverse(moved, package, quantity, real, values)
-                others = [_inverse_comparison(moved, quantity, trial) for trial in trials]
-                comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+    for quantity, real in itertools.product(inverses, reals):
+        attempt = _search if quantity == NUMERIC_INVERSE else _solve
+        found, told = attempt(robot, package, quantity, real)
+        counts += [told] * (real == reals[0])
+        comparisons += found
+        if robot.runtime_parameters:
+            moved, values = move_parameters(robot)
+            others, _ = attempt(moved, package, quantity, real, values)
+            comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
+
+
+def _solve(
+    robot: Robot, package: ModuleType, quantity: Quantity, real: str, values: tuple[float, ...] | None = None
+) -> tuple[list[Comparison], str]:
+    trials = try_inverse(robot, package, quantity, real, values)
+    told = counts_line(max(trials, key=lambda trial: trial.poses))
+    return [_inverse_comparison(robot, quantity, trial) for trial in trials], told
+
+
+def _search(
+    robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
+) -> tuple[list[Comparison], str]:
+    searches = try_search(robot, package, real, values)
+    return [_search_comparison(search) for search in searches], search_line(searches[0], robot.units.length)
+
+
+def _search_comparison(search: Search) -> Comparison:
+    return Comparison(
+        target=f"{search.target}, search",
+        quantity=NUMERIC_INVERSE,
+        poses=search.targets,
+        position_error=search.position_error,
+        rotation_error=search.rotation_error,
+        position_tolerance=search.position_tolerance,
+        rotation_tolerance=search.rotation_tolerance,
+        worst=search.worst,
+        frame=TOOL,
+    )
 
 
 def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:

@@ -53,15 +53,15 @@ def ways_to_call(
     """
     kernel = getattr(package, quantity.function)
     params = None if parameters is None else package.Params(*parameters)
-    numpy_form = Way(f"NumPy {real}", partial(results_of, _numpy_form(package, kernel, quantity), params))
+    formula = Way(f"NumPy {real}", partial(results_of, numpy_form(package, kernel, quantity), params))
     if kernel.backend != "c":
-        return (numpy_form,)
+        return (formula,)
     variants = runnable_variants(package)
     batches = [Way(f"C {real}, batch {name}", partial(_in_variant, package, kernel, params, name)) for name in variants]
     return (
         Way(f"C {real}", partial(_one_by_one, kernel, params)),
         *(batches or [Way(f"C {real}, batch", partial(_every_layout, kernel, params))]),
-        numpy_form,
+        formula,
     )
 
 
@@ -81,8 +81,8 @@ def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, inputs
     return _every_layout(kernel, params, inputs)
 
 
-def _numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
-    """The same kernel as it would be without the compiled extension."""
+def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
+    """A kernel of a package as it would be without the compiled extension."""
     params = getattr(package, "Params", None)
     return type(kernel)(
         quantity.function,

@@ -79,8 +79,8 @@ class NumericInverse:
     ) -> None:
         self.__name__, self.__module__, self.__doc__ = name, module, doc
         self.dof, self.backend = kernel.dof, "numpy" if native is None else "c"
-        self._kernel, self._native, self._symbol, self._params = kernel, native, symbol, params
-        self._joints, self._reach, self._tolerances = joints, reach, tolerances
+        self.kernel, self.joints, self.reach, self.tolerances = kernel, joints, reach, tolerances
+        self._native, self._symbol, self._params = native, symbol, params
 
     def __call__(
         self,
@@ -113,7 +113,7 @@ class NumericInverse:
         """
         targets = checked_targets(self.__name__, base_T_tool)
         lead, real = targets.shape[:-2], targets.dtype
-        middle = [(joint.lowest + joint.highest) / 2 for joint in self._joints]
+        middle = [(joint.lowest + joint.highest) / 2 for joint in self.joints]
         starts = np.asarray(middle if start is None else start)
         if starts.shape[-1:] != (self.dof,) or starts.dtype.kind not in "fiu":
             raise ValueError(f"{self.__name__}: start has shape {starts.shape}, expected (..., {self.dof})")
@@ -121,7 +121,7 @@ class NumericInverse:
             starts = np.array(np.broadcast_to(starts, (*lead, self.dof)), real, order="C").reshape(-1, self.dof)
         except ValueError:
             raise ValueError(f"{self.__name__}: start of shape {starts.shape} for targets {targets.shape}") from None
-        accepted = tolerances or self._tolerances[real == np.float32]
+        accepted = tolerances or self.tolerances[real == np.float32]
         count = math.prod(lead)
         found = NumericSolution(
             np.empty((count, self.dof), real),
@@ -155,8 +155,8 @@ class NumericInverse:
         """Search for some of the targets."""
         part = slice(first, last)
         if self._native is None:
-            evaluate = self._kernel if params is None else partial(self._kernel, params=params)
-            search = _Search(evaluate, self._joints, self._reach, targets[part], tolerances)
+            evaluate = self.kernel if params is None else partial(self.kernel, params=params)
+            search = _Search(evaluate, self.joints, self.reach, targets[part], tolerances)
             search.run(starts[part], restarts, np.random.default_rng((seed, first)))
             answer: tuple[Any, ...] = search.q, search.errors, 0, search.solved
         else:

@@ -1,0 +1,185 @@
+"""The proof of a numeric inverse: the errors that it reports are those that there are, and it solves nearly all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.errors import ProofError
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
+from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.model import Robot
+from kinegen.verify.samples import SEED
+from kinegen.verify.tolerances import accepted_error
+from kinegen.verify.ways import DTYPES, numpy_form
+
+FloatArray = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+TARGETS = 2000
+"""Poses of random joint vectors that the compiled search is given, each with a random start."""
+
+FEWER = 60
+"""The same for the search in NumPy, and with other values of the runtime parameters."""
+
+USUAL_SHARE = 0.99
+"""What is told where less is solved; robots of all kinds stay above it."""
+
+LEAST_SHARE = 0.9
+"""A search that solves less is broken."""
+
+_ROUNDINGS = 2
+"""A difference of poses may be off by so many times what a pose may be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """One way to call a numeric inverse, tried at many targets.
+
+    Attributes:
+        target: What was called.
+        targets: Number of targets.
+        solved: Number of those that it calls solved.
+        steps: Mean number of steps; 0 where they are not counted.
+        distance: Largest distance to its target that it calls solved.
+        angle: Largest angle to its target that it calls solved.
+        position_error: How far a reported distance is from the true one.
+        rotation_error: The same for angles.
+        position_tolerance: What was accepted of that.
+        rotation_tolerance: What was accepted of that.
+        worst: Joint vector of the target for which they differ most.
+    """
+
+    target: str
+    targets: int
+    solved: int
+    steps: float
+    distance: float
+    angle: float
+    position_error: float
+    rotation_error: float
+    position_tolerance: float
+    rotation_tolerance: float
+    worst: tuple[float, ...]
+
+
+def try_search(
+    robot: Robot, package: ModuleType, real: str, parameters: tuple[float, ...] | None = None
+) -> tuple[Search, ...]:
+    """Search for the poses of many joint vectors in every way, and see where the solutions lead.
+
+    Args:
+        robot: The robot, with the values of the runtime parameters that are tried.
+        package: Its generated package, imported.
+        real: A number type that it was built for.
+        parameters: Values of the runtime parameters; those of the robot file if left out.
+
+    Returns:
+        One record for each way to call it.
+
+    Raises:
+        ProofError: If a joint vector holds NaN or breaks a limit, if what is called solved is not by what is reported,
+            or if too few targets are solved.
+    """
+    compiled = package.numeric_inverse
+    ways = {f"NumPy {real}": (_in_numpy(package, compiled), FEWER)}
+    if compiled.backend == "c":
+        ways = {f"C {real}": (compiled, TARGETS if parameters is None else FEWER)} | ways
+    params = None if parameters is None else package.Params(*parameters)
+    return tuple(_Tester(robot, real, target, params).search(search, n) for target, (search, n) in ways.items())
+
+
+def search_line(search: Search, length: str) -> str:
+    """A record in one sentence; `length` is the robot's unit."""
+    usual = search.solved >= USUAL_SHARE * search.targets
+    return (
+        f"numeric inverse: {search.solved:,} of {search.targets:,} random reachable targets solved from random starts "
+        f"to {search.distance:.1g} {length} and {search.angle:.1g} rad"
+        + (f", in {search.steps:.0f} steps on average" if search.steps else "")
+        + ("" if usual else f"; most arms get {USUAL_SHARE:.0%}, and more restarts find more")
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Tester:
+    robot: Robot
+    real: str
+    target: str
+    params: Any
+
+    def search(self, numeric_inverse: Any, count: int) -> Search:
+        """Try one way at so many targets."""
+        low, high = np.array(joint_box(self.robot)).T
+        q, starts = np.random.default_rng(SEED).uniform(low, high, (2, count, self.robot.dof))
+        targets = reference.pose(self.robot, q)[:, 0].astype(DTYPES[self.real])
+        found = numeric_inverse(targets, starts, params=self.params)
+        self._require_limits(found.q)
+        reported = np.stack([found.position_error, found.rotation_error], axis=1)
+        self._require_solved(found.solved, reported <= numeric_inverse.tolerances[self.real == "float"])
+        true = _errors(reference.pose(self.robot, found.q.astype(np.float64))[:, 0], targets.astype(np.float64))
+        apart, most = np.abs(reported - true), accepted_error(self.robot, self.real) * _ROUNDINGS
+        accepted = np.array([most * reach(self.robot, self.robot.tips), most])
+        solved = true[found.solved].max(axis=0)
+        return Search(
+            target=self.target,
+            targets=count,
+            solved=int(found.solved.sum()),
+            steps=float(found.iterations.mean()),
+            distance=float(solved[0]),
+            angle=float(solved[1]),
+            position_error=float(apart[:, 0].max()),
+            rotation_error=float(apart[:, 1].max()),
+            position_tolerance=float(accepted[0]),
+            rotation_tolerance=float(accepted[1]),
+            worst=tuple(map(float, q[(apart / accepted).max(axis=1).argmax()])),
+        )
+
+    def _require_limits(self, q: Any) -> None:
+        """See that joint vectors are numbers within the limits, but for the rounding of these."""
+        low, high = (np.array(side) for side in zip(*joint_box(self.robot), strict=True))
+        limited = np.array([variable.limits is not None for variable in self.robot.variables])
+        room = 4 * np.finfo(DTYPES[self.real]).eps * np.maximum(np.abs(low), np.abs(high))
+        if not (np.isfinite(q) & (~limited | ((q >= low - room) & (q <= high + room)))).all():
+            raise ProofError(f"{self._name} gives joint vectors that break limits or hold NaN; nothing was written")
+
+    def _require_solved(self, solved: Truths, near: Truths) -> None:
+        if (solved & ~near.all(axis=1)).any():
+            raise ProofError(f"{self._name} calls solved what is not by its own errors; nothing was written")
+        if solved.mean() < LEAST_SHARE:
+            raise ProofError(
+                f"{self._name} solves only {int(solved.sum()):,} of {len(solved):,} reachable targets; nothing was "
+                "written"
+            )
+
+    @property
+    def _name(self) -> str:
+        return f"{self.robot.name}: {self.target} {NUMERIC_INVERSE}"
+
+
+def _in_numpy(package: ModuleType, search: Any) -> Any:
+    """The same search as it would be without the compiled extension."""
+    params = getattr(package, "Params", None)
+    return type(search)(
+        search.__name__,
+        module=package.__name__,
+        symbol="",
+        kernel=numpy_form(package, search.kernel, POSE_AND_JACOBIAN),
+        joints=search.joints,
+        reach=search.reach,
+        tolerances=search.tolerances,
+        params=params() if params else None,
+    )
+
+
+def _errors(poses: FloatArray, targets: FloatArray) -> FloatArray:
+    """Distances and angles between poses, shape (N, 2)."""
+    between = targets[:, :3, :3] @ poses[:, :3, :3].swapaxes(1, 2)
+    skew = between - between.swapaxes(1, 2)
+    sines = np.sqrt((skew**2).sum(axis=(1, 2)) / 8)
+    cosines = (np.trace(between, axis1=1, axis2=2) - 1) / 2
+    return np.stack([np.linalg.norm(targets[:, :3, 3] - poses[:, :3, 3], axis=1), np.arctan2(sines, cosines)], axis=1)
