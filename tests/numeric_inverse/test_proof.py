@@ -1,0 +1,99 @@
+"""A build proves its numeric inverse and tells what it solved; a wrong search cannot pass."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from kinegen.emit.reals import Real
+from kinegen.errors import ProofError
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
+from kinegen.verify import search as proof
+from tests.builds.workshop import make, set_machine, write_robot
+from tests.verify.test_broken_kernels import Change, break_emitter, first
+
+ARM = """\
+kinegen: 1
+name: arm
+convention: standard
+units: {length: m, angle: deg}
+parameters:
+  reach: {value: 0.5, runtime: true}
+joints:
+  - {name: turn, theta: q, d: 0.25, a: 0, alpha: 90, limits: [-170, 170]}
+  - {name: lift, theta: q, d: 0, a: reach, alpha: 0, limits: [-20, 120]}
+  - {name: slide, type: prismatic, theta: 90, d: q, a: 0.1, alpha: 90, limits: [0, 0.4]}
+"""
+QUANTITIES = (POSE_AND_JACOBIAN, NUMERIC_INVERSE)
+WAYS = [
+    f"{language} {real}, search{more}"
+    for real in Real
+    for more in ("", ", other parameters")
+    for language in ("C", "NumPy")
+]
+
+
+@pytest.fixture(autouse=True)
+def quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(proof, "TARGETS", 200)
+    monkeypatch.setattr(proof, "FEWER", 20)
+    set_machine(monkeypatch, tmp_path / "cache")
+
+
+def test_every_way_is_proven_and_the_count_is_told_now_and_remembered(tmp_path: Path) -> None:
+    path = write_robot(tmp_path, ARM)
+    built, again = (make(path, tmp_path, quantities=QUANTITIES).proof for _ in range(2))
+    found = [comparison for comparison in built.comparisons if comparison.quantity == NUMERIC_INVERSE]
+
+    assert [comparison.target for comparison in found] == WAYS
+    assert [comparison.poses for comparison in found] == [200, 20, 20, 20] * 2
+    assert built.counts[0].startswith("numeric inverse: 200 of 200 random reachable targets solved from random starts")
+    assert again == built
+
+
+def test_without_a_compiler_the_search_in_numpy_is_proven(tmp_path: Path) -> None:
+    built = make(write_robot(tmp_path, ARM), tmp_path, quantities=QUANTITIES, compile=False).proof
+
+    assert built.counts[0].startswith("numeric inverse: 20 of 20 random reachable targets solved")
+
+
+SOLVED = "Also where an earlier descent came nearer"
+BREAKS: dict[str, tuple[Change, str]] = {
+    "a step the wrong way": (first(r"q\[j\] \+ move", "q[j] - move"), "C double numeric_inverse solves only"),
+    "a slope of the wrong sign": (
+        first(r"moves\[j\] = dot", "moves[j] = -dot"),
+        "C double numeric_inverse solves only",
+    ),
+    "half the distance": (
+        first("= position_error;", "= position_error / 2;", SOLVED),
+        "C double, search numeric_inverse differs from the reference",
+    ),
+    "an angle that is not looked at": (
+        first(r" && \(rotation_error <= search->rotation_tolerance\)", ""),
+        "C double numeric_inverse calls solved what is not",
+    ),
+    "a whole turn beyond the limits": (
+        first(r"current\[j\];", "current[j] + ((j == 0) ? 6.283185307179586 : 0.0);", SOLVED),
+        "C double numeric_inverse gives joint vectors that break limits",
+    ),
+    "a parameter that is not read": (
+        first("current, params, pose", "current, &arm_default_params, pose"),
+        "C double numeric_inverse solves only 0 of 20",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BREAKS)
+def test_a_wrong_search_is_refused(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    change, message = BREAKS[case]
+    break_emitter(monkeypatch, "emit_numeric_inverse", "numeric_inverse.c", change, Real.DOUBLE)
+
+    with pytest.raises(ProofError, match=f"arm: {message}"):
+        make(write_robot(tmp_path, ARM), tmp_path, quantities=QUANTITIES)
+
+
+def test_a_small_share_is_told(tmp_path: Path) -> None:
+    search = proof.Search("C double", 1000, 980, 20.0, 1e-9, 1e-9, 0.0, 0.0, 1e-13, 1e-13, (0.0,))
+
+    assert proof.search_line(search, "m").endswith("; most arms get 99%, and more restarts find more")
