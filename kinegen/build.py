@@ -89,8 +89,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         robot = _load(path, options)
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     with clock.stage("derive") as detail:
-        quantities = with_needed(options.quantities)
-        expressions = [derive(robot, quantity) for quantity in quantities]
+        expressions = [derive(robot, quantity) for quantity in with_needed(options.quantities)]
         plain = derive_plain(robot)
         detail.append(", ".join(map(str, options.quantities)))
     with clock.stage("lower") as detail:
@@ -98,8 +97,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
     with clock.stage("emit") as detail:
         kernels = Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities)
-        emitted = emit_files(kernels, options.reals, compute_vectors(kernels))
-        project = _project(kernels, emitted, options)
+        emitted, project = _emit(kernels, options)
         integers = _integers(kernels, path) if options.integers else None
         detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ())} files")
     with clock.stage("compile") as detail:
@@ -107,8 +105,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
     with clock.stage("prove") as detail:
         contents = _contents(emitted, extension, integers)
-        proven = (*quantities, *[NUMERIC_INVERSE] * kernels.numeric_inverse)
-        proof, backend, known = proof_of(robot, contents, proven, tuple(map(str, options.reals)))
+        proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
@@ -159,11 +156,13 @@ def _load(path: Path, options: BuildOptions) -> Robot:
         raise KinegenError(error.message, str(path), error.line) from error
 
 
-def _project(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> dict[str, str]:
-    """The files of the firmware package; none if none is asked for."""
+def _emit(kernels: Kernels, options: BuildOptions) -> tuple[Emitted, dict[str, str]]:
+    """The files, and those of the firmware package; none of these if none is asked for."""
+    vectors = compute_vectors(kernels)
+    emitted = emit_files(kernels, options.reals, vectors)
     if options.package is None:
-        return {}
-    return emit_project(kernels, emitted.files, options.reals, options.package)
+        return emitted, {}
+    return emitted, emit_project(kernels, vectors, emitted.files, options.reals, options.package)
 
 
 def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple[Extension | None, tuple[str, ...]]:
@@ -182,6 +181,15 @@ def _integers(kernels: Kernels, path: Path) -> IntegerKernels:
         return emit_integers(kernels)
     except KinegenError as error:
         raise KinegenError(error.message, str(path), error.line) from error
+
+
+def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOptions) -> tuple[Proof, str, bool]:
+    """The proof, the backend that was proven, and whether it was made before."""
+    quantities = (
+        *(program.quantity for program in kernels.programs),
+        *[NUMERIC_INVERSE] * kernels.numeric_inverse,
+    )
+    return proof_of(kernels.robot, contents, quantities, tuple(map(str, options.reals)))
 
 
 def _prove_integers(

@@ -124,6 +124,11 @@ def c_file(robot: str, extension: str, real: str = "double", *, batch: bool = Fa
     return f"{prefix(robot, real)}{'_batch' if batch else ''}.{extension}"
 
 
+def search_file(robot: str, extension: str, real: str = "double") -> str:
+    """The files of the numeric inverse of one number type: `puma560_numeric_inverse.c`."""
+    return f"{prefix(robot, real)}_numeric_inverse.{extension}"
+
+
 def selftest_file(robot: str, real: str = "double") -> str:
     """The self-test of one number type: `puma560_selftest.c`."""
     return f"{prefix(robot, real)}_selftest.c"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from kinegen.outputs import Array, Kind, Quantity, Reference
 
+_PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
 _ROWS = "rows linear velocity, then angular"
 
 _BRIEF: Mapping[Kind, str] = MappingProxyType(
@@ -76,6 +77,11 @@ _RESULT: Mapping[str, str] = MappingProxyType(
         "b_p": "x, y, z",
     }
 )
+
+
+def subject(quantities: Iterable[Quantity]) -> str:
+    """What files of these quantities are about."""
+    return "Forward kinematics" if all(quantity.kind in _PLACES for quantity in quantities) else "Kinematics"
 
 
 def brief(quantity: Quantity) -> str:

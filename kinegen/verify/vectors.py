@@ -76,7 +76,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
         tolerances={real: Fraction(accepted_error(robot, real)) * extent for real in Real},
-        targets=_targets(robot) if len(programs) < len(kernels.programs) else (),
+        targets=_targets(robot) if kernels.numeric_inverse or len(programs) < len(kernels.programs) else (),
     )
 
 

@@ -9,12 +9,13 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
+from kinegen.emit.c.vectors import Vectors
 from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import NUMERIC_INVERSE, USUAL, Quantity, with_needed
 from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -49,13 +50,20 @@ def robot(name: str) -> Robot:
 def kernels(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
     """Its programs, of the usual quantities or others."""
     arm = robot(name)
-    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in quantities), runtime_defaults(arm))
+    programs = tuple(lower(derive(arm, quantity)) for quantity in with_needed(quantities))
+    return Kernels(arm, programs, runtime_defaults(arm), NUMERIC_INVERSE in quantities)
 
 
 @cache
-def texts(name: str) -> Mapping[str, str]:
+def vectors(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Vectors:
+    """Its test vectors."""
+    return compute_vectors(kernels(name, quantities))
+
+
+@cache
+def texts(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Mapping[str, str]:
     """Every text file of its package, by name."""
-    return emit_files(kernels(name), tuple(Real), compute_vectors(kernels(name))).files
+    return emit_files(kernels(name, quantities), tuple(Real), vectors(name, quantities)).files
 
 
 def c_kernels(name: str, real: Real) -> tuple[str, str, str]:

@@ -18,7 +18,7 @@ from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.write import write_files
-from tests.emit.emitted import kernels, texts
+from tests.emit.emitted import kernels, texts, vectors
 
 STUBS = Path(__file__).resolve().parent / "stubs"
 
@@ -32,7 +32,7 @@ DEBIAN = {"cmake": "cmake", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "avr-gcc":
 @cache
 def project(robot: str, ecosystem: Ecosystem, reals: tuple[Real, ...] = ()) -> Mapping[str, str]:
     """The files of a package; with its usual number types unless others are named."""
-    return emit_project(kernels(robot), texts(robot), reals or ecosystem.reals, ecosystem)
+    return emit_project(kernels(robot), vectors(robot), texts(robot), reals or ecosystem.reals, ecosystem)
 
 
 def write_package(place: Path, robot: str, ecosystem: Ecosystem, reals: tuple[Real, ...] = ()) -> Path:

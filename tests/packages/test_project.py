@@ -19,7 +19,7 @@ from kinegen.errors import KinegenError
 from kinegen.naming import prefix
 from kinegen.robot.extent import joint_box
 from kinegen.write import is_generated, write_files
-from tests.emit.emitted import ROOT, kernels, texts
+from tests.emit.emitted import ROOT, kernels, texts, vectors
 from tests.packages.packages import ROBOTS, example_joints, project
 
 TEMPLATES = template_folder(ROOT / "kinegen") / "packages"
@@ -40,7 +40,7 @@ def test_the_c_files_are_those_that_were_proved(robot: str, ecosystem: Ecosystem
 @pytest.mark.parametrize("ecosystem", Ecosystem)
 def test_two_prints_are_the_same_and_name_no_date_or_place(ecosystem: Ecosystem) -> None:
     first = project("puma560", ecosystem)
-    again = emit_project(kernels("puma560"), texts("puma560"), ecosystem.reals, ecosystem)
+    again = emit_project(kernels("puma560"), vectors("puma560"), texts("puma560"), ecosystem.reals, ecosystem)
 
     assert list(first) == list(again)
     assert dict(first) == dict(again)
@@ -82,7 +82,10 @@ def test_what_a_description_holds_stays_text() -> None:
     awkward = 'An "arm" \\ with */ $<TARGET:x> ${X} | a table\'s #1 *arm* `code` <b>'
     arm = kernels("blocks")
     arm = replace(arm, robot=replace(arm.robot, description=awkward))
-    files = {ecosystem: emit_project(arm, texts("blocks"), (Real.FLOAT,), ecosystem) for ecosystem in Ecosystem}
+    files = {
+        ecosystem: emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), ecosystem)
+        for ecosystem in Ecosystem
+    }
 
     shown = awkward.replace("*/", "* /")
     assert json.loads(files[Ecosystem.PLATFORMIO]["library.json"])["description"] == f"Forward kinematics: {shown}."
@@ -95,7 +98,7 @@ def test_what_a_description_holds_stays_text() -> None:
 def test_a_description_of_any_length_fits_every_manifest(length: int) -> None:
     arm = kernels("blocks")
     arm = replace(arm, robot=replace(arm.robot, description="x" * length))
-    files = emit_project(arm, texts("blocks"), (Real.FLOAT,), Ecosystem.PLATFORMIO)
+    files = emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), Ecosystem.PLATFORMIO)
 
     assert 1 <= len(json.loads(files["library.json"])["description"]) <= 255
 
@@ -105,7 +108,7 @@ def test_a_name_that_arduino_keeps_for_itself_is_refused() -> None:
     arm = replace(arm, robot=replace(arm.robot, name="Arduino_arm"))
 
     with pytest.raises(KinegenError, match="'Arduino_arm' begins as only Arduino's own libraries may"):
-        emit_project(arm, {}, (Real.FLOAT,), Ecosystem.ARDUINO)
+        emit_project(arm, vectors("blocks"), {}, (Real.FLOAT,), Ecosystem.ARDUINO)
 
 
 def test_templates_are_all_used_and_take_the_context_alone() -> None:

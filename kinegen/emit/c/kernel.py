@@ -17,7 +17,7 @@ from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.emit.words import brief, input_text, result_text
+from kinegen.emit.words import brief, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Array, Kind
@@ -103,13 +103,14 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
     """Everything the templates lay out, as finished text."""
     robot = kernels.robot
     header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
+    about = subject(program.quantity for program in kernels.programs)
     names = tuple(parameter.name for parameter in robot.runtime_parameters)
     return KernelContext(
         header=header,
         source=source,
         guard=guard(header),
         provenance=provenance(robot),
-        title=f"Forward kinematics of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
+        title=f"{about} of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
         description=comment_text(robot.description),
         prefix=prefix(robot.name, real),
         real=real.value,

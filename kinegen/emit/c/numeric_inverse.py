@@ -11,7 +11,7 @@ from kinegen.emit.functions import ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Operator
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, search_file
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
@@ -80,7 +80,7 @@ def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
     Returns:
         The header and the source, by file name.
     """
-    context = _context(kernels, real)
+    context = solver_context(kernels, real)
     return {
         name: environment().get_template(template).render(k=context, prefix=context.prefix, qualifier="static")
         for name, template in (
@@ -90,10 +90,11 @@ def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
     }
 
 
-def _context(kernels: Kernels, real: Real) -> SolverContext:
+def solver_context(kernels: Kernels, real: Real) -> SolverContext:
+    """Everything the templates lay out, as finished text."""
     robot = kernels.robot
     stem = prefix(robot.name, real)
-    header, source = (f"{stem}_{NUMERIC_INVERSE.function}.{suffix}" for suffix in "hc")
+    header, source = (search_file(robot.name, suffix, real) for suffix in "hc")
     box = joint_box(robot)
     position, rotation = tolerances(robot, real)
     parameters = bool(robot.runtime_parameters)

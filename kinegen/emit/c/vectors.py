@@ -54,7 +54,7 @@ class Vectors:
         expected: For each quantity its results in order.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
         tolerances: Largest accepted difference of an entry, in its own unit, for each number type.
-        targets: Poses that the inverse has to solve, each with the joint vector that it comes from; none without one.
+        targets: Poses that an inverse has to solve, each with the joint vector that it comes from; none without one.
     """
 
     inputs: Mapping[str, tuple[tuple[Fraction, ...], ...]]

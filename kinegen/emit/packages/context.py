@@ -3,55 +3,24 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen import __version__
-from kinegen.emit.c.arguments import declared
 from kinegen.emit.c.kernel import KernelContext, kernel_context
-from kinegen.emit.kernels import Kernels, joint_lines, provenance
+from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
+from kinegen.emit.c.vectors import Vectors
+from kinegen.emit.inverse import branches_of
+from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
+from kinegen.emit.packages.example import Example, example_of
 from kinegen.emit.packages.layout import Layout
 from kinegen.emit.reals import Real
-from kinegen.ir.program import Program
-from kinegen.naming import c_file, cmake_target, comment_text, function, macro, prefix, selftest_file, vectors_file
-from kinegen.outputs import Quantity
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import JointType, Robot
+from kinegen.emit.words import subject
+from kinegen.naming import cmake_target, comment_text, macro, prefix, selftest_file, vectors_file
+from kinegen.robot.model import Robot
 
 _LONGEST_SENTENCE = 240  # PlatformIO's schema ends a description at 255 characters
-
-
-@dataclass(frozen=True, slots=True)
-class Example:
-    """One call of a kernel, and how its result is printed.
-
-    Attributes:
-        header: Header of the kernel.
-        real: Number type.
-        zero: Zero in that type.
-        dof: Macro of the size of the joint vector.
-        joints: Value of each joint variable, and its name and unit.
-        output: Declaration of the result.
-        call: The call.
-        first: The first number of the result.
-        rows: Rows to print.
-        columns: Numbers in each row.
-        what: What is printed, in words.
-    """
-
-    header: str
-    real: str
-    zero: str
-    dof: str
-    joints: tuple[tuple[str, str], ...]
-    output: str
-    call: str
-    first: str
-    rows: int
-    columns: int
-    what: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +31,7 @@ class Selftest:
         source: Its file, without folder.
         vectors: Its header, without folder.
         program: Name of the program that runs it.
-        function: C function that returns the largest difference.
-        tolerance: Macro of the largest accepted one.
+        checks: C functions that return the largest difference, each with the macro of the largest accepted one.
         real: Number type.
         zero: Zero in that type.
     """
@@ -71,10 +39,24 @@ class Selftest:
     source: str
     vectors: str
     program: str
-    function: str
-    tolerance: str
+    checks: tuple[tuple[str, str], ...]
     real: str
     zero: str
+
+
+@dataclass(frozen=True, slots=True)
+class Manual:
+    """What a README says of one header.
+
+    Attributes:
+        header: The header.
+        accuracy: Of sines and cosines; empty where there are none.
+        functions: Prototype of each function, what it computes, and what a call costs.
+    """
+
+    header: str
+    accuracy: str
+    functions: tuple[tuple[str, str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +74,12 @@ class ProjectContext:
     json_sentence: str
     length: str
     joints: tuple[str, ...]
+    subject: str
     kernels: tuple[KernelContext, ...]
+    searches: tuple[SolverContext, ...]
+    headers: tuple[str, ...]
+    sources: tuple[str, ...]
+    manuals: tuple[Manual, ...]
     selftests: tuple[Selftest, ...]
     example: Example
     has_double: bool
@@ -100,11 +87,12 @@ class ProjectContext:
     layout: Layout
 
 
-def project_context(kernels: Kernels, reals: tuple[Real, ...], layout: Layout) -> ProjectContext:
+def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...], layout: Layout) -> ProjectContext:
     """Everything the templates lay out.
 
     Args:
         kernels: The robot and its programs.
+        vectors: Their test vectors.
         reals: Number types of the package.
         layout: Its folders.
 
@@ -112,7 +100,10 @@ def project_context(kernels: Kernels, reals: tuple[Real, ...], layout: Layout) -
         The context.
     """
     robot = kernels.robot
-    sentence = _sentence(robot)
+    about = subject(program.quantity for program in kernels.programs)
+    sentence = _sentence(robot, about)
+    contexts = tuple(kernel_context(kernels, real) for real in reals)
+    searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -125,19 +116,37 @@ def project_context(kernels: Kernels, reals: tuple[Real, ...], layout: Layout) -
         json_sentence=json.dumps(sentence),
         length=robot.units.length,
         joints=joint_lines(robot),
-        kernels=tuple(kernel_context(kernels, real) for real in reals),
-        selftests=tuple(_selftest(robot, real) for real in reals),
-        example=_example(kernels, reals[0]),
+        subject=about,
+        kernels=contexts,
+        searches=searches,
+        headers=(*(each.header for each in contexts), *(each.header for each in searches)),
+        sources=(*(each.source for each in contexts), *(each.source for each in searches)),
+        manuals=(*(_manual(kernels, context) for context in contexts), *map(_search_manual, searches)),
+        selftests=tuple(_selftest(kernels, real) for real in reals),
+        example=example_of(kernels, vectors, contexts[0].header, reals[0]),
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
         layout=layout,
     )
 
 
-def _sentence(robot: Robot) -> str:
+def _manual(kernels: Kernels, context: KernelContext) -> Manual:
+    functions = tuple(
+        (function.prototype, function.brief, operation_line(program))
+        for function, program in zip(context.functions, kernels.programs, strict=True)
+    )
+    return Manual(context.header, context.sincos.accuracy if context.sincos else "", functions)
+
+
+def _search_manual(search: SolverContext) -> Manual:
+    prototype = f"int {search.function}({search.arguments})"
+    return Manual(search.header, "", ((prototype, "Joint values for a pose of the tool, by a search.", "the search"),))
+
+
+def _sentence(robot: Robot, about: str) -> str:
     """What the package is, in one line that any manifest can hold."""
-    subject = comment_text(robot.description).rstrip(". ") or robot.name
-    sentence = f"Forward kinematics: {subject}."
+    described = comment_text(robot.description).rstrip(". ") or robot.name
+    sentence = f"{about}: {described}."
     return sentence if len(sentence) <= _LONGEST_SENTENCE else f"{sentence[: _LONGEST_SENTENCE - 3]}..."
 
 
@@ -146,53 +155,17 @@ def _markdown_text(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|])", r"\\\1", text)
 
 
-def _selftest(robot: Robot, real: Real) -> Selftest:
+def _selftest(kernels: Kernels, real: Real) -> Selftest:
+    robot = kernels.robot
     stem = prefix(robot.name, real)
+    checks = [(f"{stem}_selftest", macro(stem, "TOLERANCE"))]
+    if branches_of(kernels):
+        checks.append((f"{stem}_selftest_inverse", macro(stem, "INVERSE_TOLERANCE")))
     return Selftest(
         source=selftest_file(robot.name, real),
         vectors=vectors_file(robot.name, real),
         program=f"{stem}_selftest",
-        function=f"{stem}_selftest",
-        tolerance=f"{stem.upper()}_TOLERANCE",
+        checks=tuple(checks),
         real=real.value,
         zero=real.literal(Fraction(0)),
     )
-
-
-def _example(kernels: Kernels, real: Real) -> Example:
-    robot = kernels.robot
-    program = _first_program(kernels.programs)
-    result = program.signature.results[0]
-    shape = result.shape[1:] if result.per_frame else result.shape
-    arguments = ["q"] if robot.dof else []
-    if robot.runtime_parameters:
-        arguments.append(f"&{prefix(robot.name, real)}_default_params")
-    frame = program.frames[0] if result.per_frame else "tool"
-    return Example(
-        header=c_file(robot.name, "h", real),
-        real=real.value,
-        zero=real.literal(Fraction(0)),
-        dof=macro(robot.name, "DOF"),
-        joints=_joint_vector(robot, real),
-        output=f"{real.value} {declared(kernels, program, result)}",
-        call=f"{function(robot.name, program.quantity.function, real)}({', '.join([*arguments, result.name])})",
-        first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
-        rows=3 if result.is_pose else math.prod(shape[:-1]),
-        columns=shape[-1],
-        what=f"{program.quantity.kind} of frame {frame}",
-    )
-
-
-def _first_program(programs: tuple[Program, ...]) -> Program:
-    """The pose, where there is one."""
-    return next((program for program in programs if program.quantity == Quantity.POSE), programs[0])
-
-
-def _joint_vector(robot: Robot, real: Real) -> tuple[tuple[str, str], ...]:
-    """A joint vector within the limits, away from zero so that the pose shows something."""
-    vector = []
-    for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True):
-        place = Fraction(math.floor((3 * low + 5 * high) / 8 * 64), 64)
-        unit = robot.units.length if variable.type is JointType.PRISMATIC else "rad"
-        vector.append((real.literal(place), f"{variable.name} [{unit}]"))
-    return tuple(vector)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from kinegen.emit.c.vectors import Vectors
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.packages.context import project_context
@@ -11,16 +12,16 @@ from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.layout import LAYOUTS
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
-from kinegen.naming import c_file, selftest_file, vectors_file
 
 
 def emit_project(
-    kernels: Kernels, files: Mapping[str, str], reals: tuple[Real, ...], ecosystem: Ecosystem
+    kernels: Kernels, vectors: Vectors, files: Mapping[str, str], reals: tuple[Real, ...], ecosystem: Ecosystem
 ) -> dict[str, str]:
     """Print a package.
 
     Args:
         kernels: The robot and its programs.
+        vectors: Their test vectors, which the example takes values from.
         files: The emitted C files by name, self-tests and vectors among them; they are taken as they are.
         reals: The number types of the package.
         ecosystem: Who takes it.
@@ -35,15 +36,14 @@ def emit_project(
     if ecosystem is Ecosystem.ARDUINO and robot.lower().startswith("arduino"):
         raise KinegenError(f"robot name {robot!r} begins as only Arduino's own libraries may; give it another `name:`")
     layout = LAYOUTS[ecosystem]
-    context = project_context(kernels, reals, layout)
+    context = project_context(kernels, vectors, reals, layout)
     project = {
         path: environment().get_template(f"packages/{template}").render(p=context)
         for path, template in layout.rendered.items()
     }
-    for real in reals:
-        header, source = c_file(robot, "h", real), c_file(robot, "c", real)
-        project[f"{layout.headers}/{header}"] = files[header]
-        project[f"{layout.sources}/{source}"] = files[source]
-        for name in (selftest_file(robot, real), vectors_file(robot, real)):
-            project[f"{layout.selftest}/{name}"] = files[name]
-    return project
+    places = (
+        (layout.headers, context.headers),
+        (layout.sources, context.sources),
+        (layout.selftest, (name for test in context.selftests for name in (test.source, test.vectors))),
+    )
+    return project | {f"{folder}/{name}": files[name] for folder, names in places for name in names}
