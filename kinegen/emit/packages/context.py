@@ -140,7 +140,11 @@ def _manual(kernels: Kernels, context: KernelContext) -> Manual:
 
 def _search_manual(search: SolverContext) -> Manual:
     prototype = f"int {search.function}({search.arguments})"
-    return Manual(search.header, "", ((prototype, "Joint values for a pose of the tool, by a search.", "the search"),))
+    return Manual(
+        search.header,
+        "",
+        ((prototype, "Joint values for a pose of the tool, by a search.", "as many steps as it takes"),),
+    )
 
 
 def _sentence(robot: Robot, about: str) -> str:

@@ -65,6 +65,7 @@ class Example:
         inputs: The inputs.
         results: The results.
         extra: Declarations of what else is passed.
+        flag: What the call returns, 0 where it has found nothing; empty where it returns nothing.
         call: The call.
     """
 
@@ -74,6 +75,7 @@ class Example:
     inputs: tuple[ExampleInput, ...]
     results: tuple[ExampleResult, ...]
     extra: tuple[str, ...]
+    flag: str
     call: str
 
 
@@ -105,6 +107,7 @@ def example_of(kernels: Kernels, vectors: Vectors, header: str, real: Real) -> E
         inputs=tuple(_input(kernels, vectors, program, array, real) for array in given(program)),
         results=tuple(_result(kernels, program, array) for array in computed(program)),
         extra=(),
+        flag="",
         call=f"{name}({', '.join(arguments)})",
     )
 
@@ -126,7 +129,8 @@ def _search(kernels: Kernels, vectors: Vectors, real: Real) -> Example:
         ),
         results=(ExampleResult(f"q[{dof}]", "q_entries", "&q[0]", 1, robot.dof),),
         extra=(f"{solver.prefix}_found found",),
-        call=f"(void){solver.function}({', '.join(arguments)})",
+        flag="solved",
+        call=f"const int solved = {solver.function}({', '.join(arguments)})",
     )
 
 
