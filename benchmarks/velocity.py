@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -50,7 +51,7 @@ Row = tuple[str, str, str]
 def main() -> int:
     """Print the table and write the file; a figure that is not met fails nothing, since machines differ."""
     rows: list[Row] = []
-    for row in (*operations(), *times(), *instructions(), *rates()):
+    for row in chain(operations(), times(), instructions(), rates()):
         rows.append(row)
         print(f"{row[0]:<64}{row[1]:>24}   asked {row[2]}", flush=True)
     RESULTS.parent.mkdir(exist_ok=True)

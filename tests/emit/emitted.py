@@ -74,7 +74,7 @@ def c_kernels(name: str, real: Real) -> tuple[str, str, str]:
 
 def tile(name: str, real: Real) -> int:
     """How many configurations a batch kernel evaluates at once."""
-    found = re.search(r"\bTILE = (\d+)", texts(name)[c_kernels(name, real)[1]])
+    found = re.search(r"TILE = (\d+)", texts(name)[c_kernels(name, real)[1]])
 
     assert found
     return int(found.group(1))

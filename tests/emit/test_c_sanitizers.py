@@ -141,7 +141,7 @@ def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
 
 def driver(given: Kernels, real: Real, batch: str) -> str:
     """A program that calls every kernel of a robot in every way."""
-    tile = re.search(r"\bTILE = (\d+)", batch)
+    tile = re.search(r"TILE = (\d+)", batch)
     assert tile
     parts = [f'#include "{prefix(given.robot.name, real)}_batch.h"\n', HEAD.format(tile=tile.group(1))]
     for program in given.programs:

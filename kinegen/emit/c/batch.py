@@ -23,7 +23,14 @@ from kinegen.naming import c_file, function, guard, prefix
 from kinegen.outputs import Array
 
 TILE_BYTES = 128
-"""Bytes of one row of a tile."""
+"""Bytes of one row of a tile: two vectors of the widest kind."""
+
+SHORT_TILE_BYTES = 64
+"""The same where so many doubles are stored for a configuration that memory would idle while a tile is evaluated, and
+the processor while it is stored: large results leave the caches, and go twice as fast in short bursts."""
+
+MOST_ROWS = 24
+"""With more numbers than these a tile of doubles is a short one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +68,34 @@ class BatchResult:
 
 
 @dataclass(frozen=True, slots=True)
+class Tile:
+    """The configurations that are evaluated at once, and the functions that bring them in and out.
+
+    Attributes:
+        name: Constant that counts them.
+        count: How many they are.
+        suffix: What the names of its functions end in.
+        finders: Functions that find inputs: name, numbers read, numbers from one configuration to the next.
+        has_matrices: Whether matrices are stored.
+        has_others: Whether anything else is.
+    """
+
+    name: str
+    count: int
+    suffix: str
+    finders: tuple[tuple[str, int, int], ...]
+    has_matrices: bool
+    has_others: bool
+
+
+@dataclass(frozen=True, slots=True)
 class BatchFunction:
     """One batch kernel, printed.
 
     Attributes:
         name: C name.
+        size: Constant that counts the configurations of its tiles.
+        suffix: What the names of the functions end in that bring them in and out.
         brief: What it computes.
         arguments: Its arguments.
         rows: Computed numbers for each configuration, of all results.
@@ -81,6 +111,8 @@ class BatchFunction:
     """
 
     name: str
+    size: str
+    suffix: str
     brief: str
     arguments: str
     rows: int
@@ -104,12 +136,10 @@ class BatchContext:
     source: str
     guard: str
     title: str
-    tile: int
-    has_matrices: bool
-    has_others: bool
+    tiles: tuple[Tile, ...]
+    reads: bool
     routines: tuple[str, ...]
     needs_bits: bool
-    finders: tuple[tuple[str, int, int], ...]
     functions: tuple[BatchFunction, ...]
 
 
@@ -133,14 +163,10 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         source=c_file(robot.name, "c", real, batch=True),
         guard=guard(header),
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
-        tile=TILE_BYTES // (8 if real is Real.DOUBLE else 4),
-        has_matrices=any(result.matrices for function in functions for result in function.results),
+        tiles=tuple(_tiles(functions, real)),
+        reads=any(each.inputs for each in functions),
         routines=function_templates(kernels.programs, real, batch=True),
         needs_bits=needs_bits(kernels.programs, real, batch=True),
-        has_others=any(not result.matrices for function in functions for result in function.results),
-        finders=tuple(
-            sorted({(each.finder, each.size, each.stored) for function in functions for each in function.inputs})
-        ),
         functions=functions,
     )
     return {
@@ -149,6 +175,24 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         .render(b=context, k=kernel, prefix=kernel.prefix, qualifier="static inline")
         for name, template in ((context.header, "c/batch.h.jinja"), (context.source, "c/batch.c.jinja"))
     }
+
+
+def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
+    """The kinds of tiles that functions use."""
+    bytes_each = 8 if real is Real.DOUBLE else 4
+    for name, suffix, size in (("TILE", "", TILE_BYTES), ("SHORT_TILE", "_short", SHORT_TILE_BYTES)):
+        own = [each for each in functions if each.size == name and each.results]
+        if own:
+            inputs = {(given.finder, given.size, given.stored) for each in own for given in each.inputs}
+            results = [result for each in own for result in each.results]
+            yield Tile(
+                name=name,
+                count=size // bytes_each,
+                suffix=suffix,
+                finders=tuple(sorted(inputs)),
+                has_matrices=any(result.matrices for result in results),
+                has_others=any(not result.matrices for result in results),
+            )
 
 
 def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real: str, params: str) -> tuple[str, ...]:
@@ -180,21 +224,25 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     read = tuple(array for array in given(program) if _reads(body, rf"{array.name}\["))
     reads_params = _reads(body, "params->")
     results = tuple(_results(program))
+    short = real is Real.DOUBLE and len(program.outputs) > MOST_ROWS
+    size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
     arguments = [f"const {real} *restrict {array.name}, {_strides(array, 'ptrdiff_t ')}" for array in read]
     arguments += [f"const {params} *params"] * reads_params
     values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
     values += ["params"] * reads_params
     return BatchFunction(
         name=function(kernels.robot.name, program.quantity.function, real, batch=True),
+        size=size,
+        suffix=suffix,
         brief=brief(program.quantity),
         arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
-        inputs=tuple(BatchInput(array.name, array.size, array.stored, _finder(array)) for array in read),
+        inputs=tuple(BatchInput(array.name, array.size, array.stored, _finder(array) + suffix) for array in read),
         unused=tuple(_unused(program, read, bool(params) and not reads_params)),
         results=results,
         has_matrices=any(result.matrices for result in results),
         tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
-        tile_arguments=", ".join([*arguments, f"{real} (*restrict t)[TILE]"]),
+        tile_arguments=", ".join([*arguments, f"{real} (*restrict t)[{size}]"]),
         tile_values=", ".join([*values, "t"]),
         body=body,
         constants=tuple(printer.assignment(places[row], operand) for row, operand in constants.items()),
