@@ -39,7 +39,7 @@ test: $(VENV)/.dev ## runs the test suite
 
 test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
 	@$(BIN)/python scripts/install_boards.py
-	$(BIN)/python -m pytest -n $(JOBS) -m boards tests/boards $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -16,16 +16,25 @@ from kinegen.boards.toolchain import SOURCES, missing
 from kinegen.build import lower_file
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import USUAL, Quantity
+from kinegen.outputs import USUAL, Quantity, parse_quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 NAMES = ("puma560", "ur5", "scara", "panda", "thumb")
+
+
+OTHERS = tuple(map(parse_quantity, ("fk_jacobian", "twist", "quaternion_wxyz")))
+"""What one of them computes besides: two results; two inputs; a square root, a quotient and selections."""
 
 
 @cache
 def kernels(name: str, *quantities: Quantity) -> Kernels:
     """A robot of ours with all its programs, or with some."""
     return lower_file(ROBOTS / f"{name}.yaml", quantities or USUAL)
+
+
+def checked(name: str) -> Kernels:
+    """A robot of ours with the programs whose bits are compared."""
+    return kernels(name, *USUAL, *(OTHERS if name == NAMES[0] else ()))
 
 
 def require(target: Target) -> None:
@@ -38,7 +47,11 @@ def run_on_host(folder: Path, real: Real, compiler: str, level: str) -> list[str
     """What the program that shows bits prints on this machine."""
     if shutil.which(compiler) is None:
         pytest.skip(f"needs {compiler} (apt install {compiler})")
-    files = write_kernels(folder, [kernels(name) for name in NAMES], real)
+    return run_files(folder, write_kernels(folder, [checked(name) for name in NAMES], real), real, compiler, level)
+
+
+def run_files(folder: Path, files: Sequence[Path], real: Real, compiler: str, level: str) -> list[str]:
+    """The same for kernels that are written already."""
     own = (SOURCES / "bits.c", SOURCES / "host.c")
     program = folder / "bits"
     command = [compiler, *STRICT, level, f"-DREAL={real}", "-I", folder, "-I", SOURCES, *files, *own, "-o", program]

@@ -29,7 +29,10 @@ static real angle(uint16_t vector)
 
 static uint64_t mixed(uint64_t hash, real number)
 {
-    /* FNV-1a, a word at a time. */
+    /* FNV-1a, a word at a time; which bits a NaN has is the processor's own affair. */
+    if (number != number) {
+        return (hash ^ 0x7FC00000u) * 1099511628211u;
+    }
     const union {
         real number;
         uint32_t words[sizeof(real) / 4];
