@@ -13,11 +13,11 @@ from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.programs import build_program, write_measured
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
-from kinegen.emit.c.kernel import kernel_context
+from kinegen.emit.fixed import Q30
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
 from kinegen.ir.program import count
+from kinegen.naming import function
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
@@ -26,7 +26,7 @@ _REPEATS = 8
 """Calls between two readings of the clock, as in cost.c."""
 
 
-def measure(kernels: Kernels, real: Real, target: Target) -> tuple[Cost, ...]:
+def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
     """Measure every kernel of a robot with every optimisation level.
 
     Each kernel is measured by itself, as if the others were not in the firmware. Without the emulator there are no
@@ -34,7 +34,7 @@ def measure(kernels: Kernels, real: Real, target: Target) -> tuple[Cost, ...]:
 
     Args:
         kernels: The robot and its programs.
-        real: The number type.
+        real: The number type, a `Real` or `Q30`.
         target: The processor.
 
     Returns:
@@ -42,9 +42,9 @@ def measure(kernels: Kernels, real: Real, target: Target) -> tuple[Cost, ...]:
 
     Raises:
         MissingToolError: If there is no compiler for the target; the message names the package.
-        KinegenError: If the target lacks the number type.
+        KinegenError: If the target lacks the number type, or integers cannot evaluate a kernel.
     """
-    if real not in target.reals:
+    if real not in (*target.reals, Q30):
         raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
     find_cross_compiler(target)
     costs = []
@@ -61,13 +61,13 @@ def better(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: (cost.calls.most if cost.calls else 0, cost.flash))
 
 
-def _measure(kernels: Kernels, real: Real, target: Target, optimisation: str, folder: Path) -> Cost:
+def _measure(kernels: Kernels, real: str, target: Target, optimisation: str, folder: Path) -> Cost:
     files = write_measured(folder, kernels, real)
-    (function,) = kernel_context(kernels, real).functions
     calls, deepest = _run(target, build_program(target, folder, files, SOURCES / "cost.c", real, (optimisation,)))
-    compiled = files[0].with_suffix(".o")
-    alone = link(target, folder, (compiled,), "alone.elf", entry=function.name)
     (program,) = kernels.programs
+    name = function(kernels.robot.name, program.quantity.function, real)
+    compiled = files[0].with_suffix(".o")
+    alone = link(target, folder, (compiled,), "alone.elf", entry=name)
     compiler = find_cross_compiler(target)
     return Cost(
         target=target.name,
@@ -75,7 +75,7 @@ def _measure(kernels: Kernels, real: Real, target: Target, optimisation: str, fo
         quantity=program.quantity,
         real=real,
         optimisation=optimisation,
-        function_flash=_symbol_size(target, compiled, function.name),
+        function_flash=_symbol_size(target, compiled, name),
         flash=_flash(target, alone),
         stack=max(deepest, _accounted_stack(compiled.with_suffix(".su"))),
         calls=calls,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from kinegen.emit.reals import Real
 from kinegen.ir.program import Count
 from kinegen.outputs import Quantity
 
@@ -34,7 +33,7 @@ class Cost:
         target: Name of the target.
         compiler: Compiler and version.
         quantity: What the kernel computes.
-        real: Its number type.
+        real: Its number type: `double`, `float` or `q30`.
         optimisation: Flag it was compiled with.
         function_flash: Bytes of the kernel function and its constants.
         flash: Bytes of all that a call needs: the function, the sine-cosine pair, arithmetic of the compiler's library.
@@ -47,7 +46,7 @@ class Cost:
     target: str
     compiler: str
     quantity: Quantity
-    real: Real
+    real: str
     optimisation: str
     function_flash: int
     flash: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -12,15 +12,39 @@ from pathlib import Path
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, compile_object, link
 from kinegen.emit.c.arguments import flat_call, given
-from kinegen.emit.c.kernel import emit_kernel, kernel_context
+from kinegen.emit.c.kernel import KernelContext, emit_kernel, kernel_context
 from kinegen.emit.environment import environment
+from kinegen.emit.fixed import Q30
+from kinegen.emit.fixed.kernel import FixedContext, emit_fixed, fixed_context
+from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.ir.program import Program
+from kinegen.naming import function
 
 NOTHING = "board_nothing"
 """The function that costs nothing, with the type of the kernel that is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Printed:
+    """The C of a robot's kernels in one number type.
+
+    Attributes:
+        files: Text by file name.
+        header: Which of them declares the kernels.
+        source: Which of them defines them.
+        names: The kernels, in the order of the programs.
+        prototypes: Their declarations.
+        beyond: The smallest angle out of range, as a C literal; where every angle is in range, any number.
+    """
+
+    files: Mapping[str, str]
+    header: str
+    source: str
+    names: tuple[str, ...]
+    prototypes: tuple[str, ...]
+    beyond: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,44 +85,45 @@ class Table:
     numbers: int
 
 
-def write_kernels(folder: Path, robots: Sequence[Kernels], real: Real) -> tuple[Path, ...]:
+def write_kernels(folder: Path, robots: Sequence[Kernels], real: str) -> tuple[Path, ...]:
     """Write the C of some robots and the table of their kernels.
 
     Args:
         folder: An existing folder.
         robots: The robots.
-        real: The number type.
+        real: The number type, a `Real` or `Q30`.
 
     Returns:
         The C files.
     """
-    entries = [entry for kernels in robots for entry in _entries(kernels, real)]
-    return _write(folder, robots, real, entries)
+    prints = [printed(kernels, real) for kernels in robots]
+    entries = [entry for kernels, each in zip(robots, prints, strict=True) for entry in _entries(kernels, each, real)]
+    return _write(folder, prints, entries)
 
 
-def write_measured(folder: Path, kernels: Kernels, real: Real) -> tuple[Path, ...]:
+def write_measured(folder: Path, kernels: Kernels, real: str) -> tuple[Path, ...]:
     """Write the C of a single kernel, and the table with it and the function that does nothing.
 
     Args:
         folder: An existing folder.
         kernels: A robot with one program.
-        real: The number type.
+        real: The number type, a `Real` or `Q30`.
 
     Returns:
         The C files, that of the kernel first.
     """
-    (entry,) = _entries(kernels, real)
-    (function,) = kernel_context(kernels, real).functions
-    declaration = function.prototype.replace(entry.name, NOTHING, 1)
+    kernel = printed(kernels, real)
+    (entry,), (prototype,) = _entries(kernels, kernel, real), kernel.prototypes
+    declaration = prototype.replace(entry.name, NOTHING, 1)
     nothing = replace(entry, name=NOTHING, declaration=declaration, call=entry.call.replace(entry.name, NOTHING, 1))
-    files = _write(folder, (kernels,), real, [entry, nothing])
-    header = kernel_context(kernels, real).header
-    (folder / "nothing.c").write_text(f'#include "{header}"\n\n{declaration};\n\n{declaration}\n{{\n}}\n', "utf-8")
+    files = _write(folder, [kernel], [entry, nothing])
+    body = f'#include "{kernel.header}"\n\n{declaration};\n\n{declaration}\n{{\n}}\n'
+    (folder / "nothing.c").write_text(body, "utf-8")
     return (*files, folder / "nothing.c")
 
 
 def build_program(
-    target: Target, folder: Path, files: Sequence[Path], main: Path, real: Real, flags: Sequence[str]
+    target: Target, folder: Path, files: Sequence[Path], main: Path, real: str, flags: Sequence[str]
 ) -> Path:
     """Compile and link a program for a board.
 
@@ -107,22 +132,48 @@ def build_program(
         folder: Where the C files are, and objects and program are written.
         files: The C files.
         main: The file with the main function.
-        real: The number type.
+        real: The number type, a `Real` or `Q30`.
         flags: Optimisation.
 
     Returns:
         The program.
     """
     own = (main, *(SOURCES / name for name in target.toolchain.sources))
-    objects = [compile_object(target, folder, file, (*flags, f"-DREAL={real}")) for file in (*files, *own)]
+    numbers = ("-DREAL=int32_t", "-DINTEGERS") if real == Q30 else (f"-DREAL={real}",)
+    objects = [compile_object(target, folder, file, (*flags, *numbers)) for file in (*files, *own)]
     return link(target, folder, objects, f"{main.stem}.elf")
 
 
-def _write(folder: Path, robots: Sequence[Kernels], real: Real, entries: Sequence[TableEntry]) -> tuple[Path, ...]:
-    contexts = [kernel_context(kernels, real) for kernels in robots]
-    texts = {name: text for kernels in robots for name, text in emit_kernel(kernels, real).items()}
+def printed(kernels: Kernels, real: str) -> Printed:
+    """The C of a robot's kernels.
+
+    Args:
+        kernels: The robot and its programs.
+        real: The number type, a `Real` or `Q30`.
+
+    Returns:
+        The files, and what is in them.
+
+    Raises:
+        KinegenError: If integers cannot evaluate a program; the message says why.
+    """
+    names = tuple(function(kernels.robot.name, each.quantity.function, real) for each in kernels.programs)
+    context: KernelContext | FixedContext
+    if real == Q30:
+        fixed = fixed_kernels(kernels)
+        context, files, beyond = fixed_context(fixed), emit_fixed(fixed), "0"
+    else:
+        number = Real(real)
+        context, files = kernel_context(kernels, number), emit_kernel(kernels, number)
+        beyond = number.literal(Fraction(beyond_range(number)))
+    prototypes = tuple(each.prototype for each in context.functions)
+    return Printed(files, context.header, context.source, names, prototypes, beyond)
+
+
+def _write(folder: Path, prints: Sequence[Printed], entries: Sequence[TableEntry]) -> tuple[Path, ...]:
+    texts = {name: text for each in prints for name, text in each.files.items()}
     table = Table(
-        headers=tuple(context.header for context in contexts),
+        headers=tuple(each.header for each in prints),
         kernels=tuple(entries),
         joints=max([1, *(entry.joints for entry in entries)]),
         numbers=max(entry.numbers for entry in entries),
@@ -130,26 +181,21 @@ def _write(folder: Path, robots: Sequence[Kernels], real: Real, entries: Sequenc
     texts["kernels.c"] = environment().get_template("boards/kernels.c.jinja").render(t=table)
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    return (*(folder / context.source for context in contexts), folder / "kernels.c")
+    return (*(folder / each.source for each in prints), folder / "kernels.c")
 
 
-def _entries(kernels: Kernels, real: Real) -> list[TableEntry]:
-    context = kernel_context(kernels, real)
+def _entries(kernels: Kernels, each: Printed, real: str) -> list[TableEntry]:
     return [
-        _entry(kernels, program, function.name, real)
-        for program, function in zip(kernels.programs, context.functions, strict=True)
+        TableEntry(
+            name=name,
+            declaration="",
+            call=f"{name}({flat_call(kernels, program, real, 'q', 'result')})",
+            joints=sum(array.stored for array in given(program)),
+            numbers=sum(array.stored * array.blocks for array in program.signature.results),
+            beyond=each.beyond,
+        )
+        for program, name in zip(kernels.programs, each.names, strict=True)
     ]
-
-
-def _entry(kernels: Kernels, program: Program, name: str, real: Real) -> TableEntry:
-    return TableEntry(
-        name=name,
-        declaration="",
-        call=f"{name}({flat_call(kernels, program, real, 'q', 'result')})",
-        joints=sum(array.stored for array in given(program)),
-        numbers=sum(array.stored * array.blocks for array in program.signature.results),
-        beyond=real.literal(Fraction(beyond_range(real))),
-    )
 
 
 def beyond_range(real: Real) -> float:

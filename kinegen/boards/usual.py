@@ -63,7 +63,6 @@ def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
 def _restored(entry: dict[str, Any]) -> Cost:
     records = {
         "quantity": parse_quantity(entry["quantity"]),
-        "real": Real(entry["real"]),
         "calls": Calls(**entry["calls"]),
         "operations": Count(**entry["operations"]),
     }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
-from kinegen.cli.build import REALS, quantities_of
+from kinegen.cli.build import INTEGERS, REALS, quantities_of
 from kinegen.cli.terminal import columns, faint, good, say, strong
 from kinegen.errors import KinegenError
 from kinegen.outputs import USUAL, Quantity
@@ -40,7 +40,9 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
     callback=_target,
     help="The processor; a wrong name lists those that there are.",
 )
-@click.option("--real", type=click.Choice(tuple(REALS)), default="float", show_default=True, help="Number types.")
+@click.option(
+    "--real", type=click.Choice((*REALS, *INTEGERS)), default="float", show_default=True, help="Number types."
+)
 @click.option(
     "--outputs",
     metavar="LIST",
@@ -63,12 +65,15 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     """  # noqa: D301 - click wants the character, not the two letters
     from kinegen.boards.cost import measure
     from kinegen.build import lower_file
+    from kinegen.emit.fixed import Q30
     from kinegen.emit.reals import Real
 
     kernels = lower_file(file, outputs)
-    reals = tuple(Real(name) for name in REALS[real])
+    reals: tuple[str, ...] = tuple(map(Real, REALS.get(real, REALS["both"])))
     if len(reals) > 1:
         reals = tuple(each for each in reals if each in target.reals)
+    if real in INTEGERS:
+        reals = (Q30,) if real == Q30 else (*reals, Q30)
     costs = [cost for each in reals for cost in measure(kernels, each, target)]
     if as_json:
         document = {"kinegen": __version__, "format": 1, "file": str(file), "robot": kernels.robot.name}
@@ -93,7 +98,7 @@ def _table(costs: list[Cost]) -> list[str]:
         rows.append(
             (
                 str(cost.quantity) if first else "",
-                cost.real.value if first else "",
+                cost.real if first else "",
                 cost.optimisation,
                 str(cost.function_flash),
                 str(cost.flash),

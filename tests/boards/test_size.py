@@ -78,3 +78,28 @@ def test_help_explains_the_columns(capsys: pytest.CaptureFixture[str]) -> None:
 
     assert status == 0
     assert "function       bytes of the kernel function alone" in lines
+
+
+@pytest.mark.boards
+def test_integers_are_measured_beside_floats(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
+        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    command = ["size", str(ROBOT), "--target", "cortex-m0", "--real", "all", "--outputs", "position", "--json"]
+    status = main(command)
+    costs = {cost["real"]: cost for cost in json.loads(capsys.readouterr().out)["costs"]}
+
+    assert status == 0
+    assert list(costs) == ["double", "float", "q30"]
+    assert 5 * costs["q30"]["calls"]["most"] < costs["float"]["calls"]["least"]
+
+
+@pytest.mark.boards
+def test_a_kernel_that_integers_do_not_compute_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which("arm-none-eabi-gcc") is None:
+        pytest.skip("needs arm-none-eabi-gcc")
+    status = main(["size", str(ROBOT.with_name("screw.yaml")), "--real", "q30"])
+    said = capsys.readouterr().err
+
+    assert status == 1
+    assert said.count("\n") == 1
+    assert "no q30 kernels for screw: a length follows the angle" in said

@@ -1,6 +1,6 @@
 /* What a board offers to the programs that check and measure kernels on it; arm.c, riscv.c, avr.c and host.c do it.
  *
- * Compiled with -DREAL=float or -DREAL=double, the number type of the kernels.
+ * Compiled with -DREAL=float or -DREAL=double, the number type of the kernels, or -DREAL=int32_t -DINTEGERS.
  */
 #ifndef KINEGEN_BOARD_H
 #define KINEGEN_BOARD_H

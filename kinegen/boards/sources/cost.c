@@ -10,13 +10,17 @@ enum { INPUTS = 32, REPEATS = 8, SPIN = 10000, PAINTED = 1536 };
 
 static uint32_t state = 2463534242u;
 
-/* Anything from -pi to pi, roughly. */
+/* Anything from -pi to pi, roughly; integers hold any binary angle. */
 static real angle(void)
 {
     state ^= state << 13;
     state ^= state >> 17;
     state ^= state << 5;
+#ifdef INTEGERS
+    return (real)state;
+#else
     return (real)((int32_t)(state >> 8) - 8388608L) * (real)3.74507e-7;
+#endif
 }
 
 static void write_line(const char *label, uint32_t number)

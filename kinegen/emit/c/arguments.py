@@ -104,7 +104,7 @@ def flat_call(kernels: Kernels, program: Program, real: str, inputs: str, result
     for array in computed(program):
         place = _from(results, offset)
         bracketed = f"({place})" if offset else place
-        arguments.append(f"({real} (*)[{array.stored}]){bracketed}" if array.per_frame else place)
+        arguments.append(f"(void *){bracketed}" if array.per_frame else place)
         offset += array.stored * array.blocks
     return ", ".join(arguments)
 
