@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Floats
 from ._kernel import Kernel, Layout
-from ._targets import checked_targets
+from ._targets import checked_targets, is_pose
 
 Truths = NDArray[np.bool_]
 
@@ -69,15 +69,30 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         Raises:
             ValueError: If a target is no pose: not finite, not a rotation, reflected, or of another shape.
         """
-        if check and layout == "4x4" and len(inputs) == 1:
-            checked_targets(self.__name__, inputs[0])
         if nearest is not None and (out is not None or layout == "joint_major"):
             raise ValueError(f"{self.__name__}: nearest goes with neither out nor the layout joint_major")
-        results = super().__call__(*inputs, params=params, out=out, threads=threads, layout=layout)
+        results: tuple[Floats, Truths] | None = None
+        if out is None and threads == len(inputs) == 1 and layout == "4x4":
+            results = self._quickly(inputs[0], params, check)
+        if results is None:
+            if check and layout == "4x4" and len(inputs) == 1:
+                checked_targets(self.__name__, inputs[0])
+            results = super().__call__(*inputs, params=params, out=out, threads=threads, layout=layout)
         if out is not None:
             return results
-        solutions, valid = results[0], results[1] != 0
+        solutions, valid = results[0], results[1].astype(np.bool_)
         return (solutions, valid) if nearest is None else self._nearest(solutions, valid, nearest)
+
+    def _quickly(self, target: Any, params: Any, check: bool) -> tuple[Floats, Any] | None:
+        """The results of one C call for one plain target; None where something speaks against it."""
+        if type(target) is not np.ndarray or target.shape != (4, 4) or (check and not is_pose(target)):
+            return None
+        direct = self._engine.direct(self._named(params))
+        if direct is None:
+            return None
+        solutions, valid = self.results
+        results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, target.dtype)
+        return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
     def _nearest(self, solutions: Floats, valid: Truths, nearest: ArrayLike) -> tuple[Floats, Truths]:
         wanted = np.asarray(nearest, dtype=solutions.dtype)

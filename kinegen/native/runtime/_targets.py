@@ -20,6 +20,8 @@ _FAULTS = (
     "holds a reflection: its first three columns are left-handed",
 )
 
+_LAST = [0.0, 0.0, 0.0, 1.0]
+
 _BLOCK = 1 << 11  # matrices that are looked at together, few enough for the processor's cache
 
 
@@ -45,35 +47,39 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
         raise ValueError(f"{name}: base_T_tool has shape {array.shape}, expected (..., 4, 4)")
     small = array.dtype.kind == "f" and array.dtype.itemsize <= 4
     poses: Floats = array.astype(np.float32 if small else np.float64, copy=False)
-    flat, allowed = poses.reshape(-1, 16), _ALLOWED[poses.dtype]
-    if len(flat) == 1:  # quicker in Python's own numbers
-        for fault, found in zip(_FAULTS, _find_faults(flat[0].tolist(), allowed), strict=True):
-            if found:
-                raise ValueError(_refusal(name, poses.shape[:-2], 0, fault))
-    else:
-        _check_many(name, poses.shape[:-2], flat, allowed)
-    return poses
-
-
-def _check_many(name: str, lead: tuple[int, ...], flat: Floats, allowed: float) -> None:
+    flat, lead = poses.reshape(-1, 16), poses.shape[:-2]
     for first in range(0, len(flat), _BLOCK):
         with np.errstate(all="ignore"):
             entries = np.ascontiguousarray(flat[first : first + _BLOCK].T)
-            for fault, found in zip(_FAULTS, _find_faults(entries, allowed), strict=True):
+            for fault, found in zip(_FAULTS, _find_faults(entries, _ALLOWED[poses.dtype]), strict=True):
                 if found.any():
-                    raise ValueError(_refusal(name, lead, first + int(np.argmax(found)), fault))
+                    index = np.unravel_index(first + int(np.argmax(found)), lead) if lead else ()
+                    place = [int(each) for each in index]
+                    raise ValueError(f"{name}: base_T_tool{place or ''} {fault}")
+    return poses
 
 
-def _refusal(name: str, lead: tuple[int, ...], place: int, fault: str) -> str:
-    index = [int(each) for each in np.unravel_index(place, lead)] if lead else []
-    return f"{name}: base_T_tool{index or ''} {fault}"
+def is_pose(matrix: Floats) -> bool:
+    """Whether one 4x4 matrix is beyond doubt a pose; quicker than `checked_targets`, which also says what is wrong."""
+    a, b, c, x, d, e, f, y, g, h, i, z, *last = matrix.ravel().tolist()
+    allowed = _ALLOWED.get(matrix.dtype, 0.0) / 4
+    return (
+        abs(a * a + b * b + c * c - 1) <= allowed
+        and abs(d * d + e * e + f * f - 1) <= allowed
+        and abs(a * d + b * e + c * f) <= allowed
+        and abs(b * f - c * e - g) <= allowed
+        and abs(c * d - a * f - h) <= allowed
+        and abs(a * e - b * d - i) <= allowed
+        and x - x == y - y == z - z == 0
+        and last == _LAST
+    )
 
 
 def _find_faults(m: Any, allowed: float) -> Generator[Any]:
-    """Whether each of the faults is there.
+    """Which matrices have each of the faults.
 
     Args:
-        m: The entries of a matrix row by row, or each of them for many matrices.
+        m: Each of their entries, row by row, for all of them.
         allowed: How far columns may be from orthonormal.
     """
     yield sum(m) * 0 != 0
