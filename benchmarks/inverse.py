@@ -1,0 +1,298 @@
+"""What joint values for poses cost, and whether any are missed: `python -m benchmarks.inverse`.
+
+Every row is a figure that this project promises and what was found on this machine. Times are those of one thread on
+the processor, so that other programs disturb them little; instructions are counted by callgrind, the same on every run.
+Peers take part where they are installed (`pip install -e '.[bench]'`); see `benchmarks.solvers`.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, partial
+from itertools import chain
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from benchmarks.solvers import Solver, closed_forms, descents
+from benchmarks.speed.arm import ROBOTS, Array
+from benchmarks.velocity import FLAGS, _instructions
+from kinegen import reference
+from kinegen.build import build, lower_file
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.reals import Real
+from kinegen.native.flags import Flags
+from kinegen.native.package import load_package
+from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
+from kinegen.results import BuildOptions
+from kinegen.robot.extent import joint_box
+from kinegen.robot.load import load
+from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.inverse.derive import family_of
+from kinegen.symbolic.inverse.family import Aim
+from kinegen.symbolic.inverse.places import alignments, boundaries
+
+RESULTS = Path(__file__).resolve().parent / "results" / "inverse.json"
+INVERSE = Quantity(Kind.INVERSE)
+FAMILIES = (
+    "planar_3r",
+    "scara",
+    "cylindrical_arm",
+    "cartesian",
+    "spherical_arm",
+    "anthropomorphic_arm",
+    "puma560",
+    "stanford",
+    "ur5",
+    "al5d",
+)
+"""A robot of each family."""
+
+POSES, SINGULAR, BLOCK = 1_000_000, 100_000, 100_000
+SEARCHES = 100_000
+TURNS, MANY = 5, 25
+NEAR, NEARER = 1e-6, 1e-9
+"""How near a solution must come to its joint vector, and its pose to the target."""
+
+ROOTS = ("-fno-math-errno", "-fno-tree-slp-vectorize")
+"""Square roots from the processor; and none of the moves between vectors that valgrind does not know."""
+
+Row = tuple[str, str, str]
+
+
+def main() -> int:
+    """Print the table and write the file; a figure that is not met fails nothing, since machines differ."""
+    rows: list[Row] = []
+    for row in chain(scalar(), batches(), successes(), searches(), against()):
+        rows.append(row)
+        print(f"{row[0]:<76}{row[1]:>34}   asked {row[2]}", flush=True)
+    RESULTS.parent.mkdir(exist_ok=True)
+    RESULTS.write_text(json.dumps([dict(zip(("what", "found", "asked"), row)) for row in rows], indent=1) + "\n")
+    return 0
+
+
+def scalar() -> Iterator[Row]:
+    """All branches of one target, in C."""
+    for name in ("puma560", "ur5"):
+        kernels = lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE))
+        files = emit_kernel(kernels, Real.DOUBLE) | {"main.c": _MAIN.replace("NAME", name)}
+        asked = "under 400 ns" if name == "puma560" else "-"
+        yield f"{name}: eight branches, C, one target", f"{_nanoseconds(files, Flags().arguments()):.0f} ns", asked
+        for label, flags in FLAGS.items():
+            found = _instructions(files, (*flags, *ROOTS))
+            yield f"{name}: eight branches, C, instructions, {label}", f"{found:.0f}", "-"
+
+
+def batches() -> Iterator[Row]:
+    """All branches of many targets."""
+    for name in ("puma560", "ur5"):
+        package = _package(name, INVERSE)
+        targets = package.fk(_random(name, BLOCK))
+        results = package.inverse(targets)
+        out = results[0], np.empty(results[1].shape)
+        asked = "under 150 ns" if name == "puma560" else "-"
+        plain = partial(package.inverse, targets, out=out, check=False)
+        yield f"{name}: eight branches, batch", f"{_seconds(plain) / BLOCK * 1e9:.0f} ns", asked
+        whole = _seconds(partial(package.inverse, targets)) / BLOCK * 1e9
+        yield f"{name}: eight branches, batch, targets checked, new arrays", f"{whole:.0f} ns", "-"
+
+
+def successes() -> Iterator[Row]:
+    """Whether a closed form misses a pose that its arm can reach."""
+    for name in FAMILIES:
+        package = _package(name, INVERSE)
+        missed = sum(_missed(name, package, _random(name, BLOCK, seed)) for seed in range(POSES // BLOCK))
+        yield f"{name}: random joint vectors missed by the closed form", f"{missed} of {POSES:,}", "none"
+        points = _singular(name)
+        if len(points):
+            lost = _unsolved(name, package, points)
+            what = f"{name}: targets within 1e-9 rad of a singularity that are not solved"
+            yield what, f"{lost} of {len(points):,}", "none"
+
+
+def searches() -> Iterator[Row]:
+    """Seven joints, random reachable targets, random starts."""
+    for name in ("iiwa14", "panda"):
+        package = _package(name, NUMERIC_INVERSE)
+        targets, starts = package.fk(_random(name, SEARCHES)), _random(name, SEARCHES, 1)
+        begin = time.thread_time()
+        found = package.numeric_inverse(targets, starts, tolerances=(NEAR, NEAR))
+        spent = time.thread_time() - begin
+        share = found.solved.mean()
+        yield f"{name}: solved to 1e-6 of {SEARCHES:,}, 10 restarts", f"{share:.3%}", "at least 99.9%"
+        yield f"{name}: solutions a second on one core", f"{found.solved.sum() / spent:,.0f}", "above 20,000"
+
+
+def against() -> Iterator[Row]:
+    """Peers and ours, the same targets in one run."""
+    for name in ("puma560", "ur5"):
+        package = _package(name, INVERSE)
+        for peer in closed_forms(load(ROBOTS / f"{name}.yaml")):
+            many = "one a call" not in peer.name
+            yield _compared(name, peer, Solver("ours", peer.targets, partial(_solve, package, many), _valid))
+    for name in ("puma560", "ur5", "iiwa14", "panda"):
+        package = _package(name, NUMERIC_INVERSE)
+        for restarts, peer in descents(load(ROBOTS / f"{name}.yaml")):
+            ours = Solver("ours", peer.targets, partial(_search, package, restarts), _found)
+            yield _compared(name, peer, ours)
+
+
+def _solve(package: ModuleType, many: bool, targets: Array, _: Array) -> list[tuple[Array, Array]]:
+    return [package.inverse(targets)] if many else [package.inverse(target) for target in targets]
+
+
+def _search(package: ModuleType, restarts: int, targets: Array, starts: Array) -> Any:
+    return package.numeric_inverse(targets, starts, tolerances=(NEAR, NEAR), restarts=restarts)
+
+
+def _valid(found: list[tuple[Array, Array]]) -> list[Array]:
+    pairs = zip(*found[0], strict=True) if found[0][0].ndim > 2 else found
+    return [solutions[valid] for solutions, valid in pairs]
+
+
+def _found(found: Any) -> list[Array]:
+    return [q[None] if solved else q[None][:0] for q, solved in zip(found.q, found.solved, strict=True)]
+
+
+def _compared(name: str, peer: Solver, ours: Solver) -> Row:
+    """Times in alternating turns, and the solutions that hold."""
+    robot = load(ROBOTS / f"{name}.yaml")
+    targets = reference.pose(robot, _random(name, peer.targets))[:, 0]
+    starts = _random(name, peer.targets, 1)
+    spent: dict[str, list[float]] = {peer.name: [], ours.name: []}
+    count: dict[str, int] = {}
+    for _ in range(TURNS):
+        for solver in (peer, ours):
+            begin = time.process_time()
+            found = solver.run(targets, starts)
+            spent[solver.name].append((time.process_time() - begin) / len(targets))
+            count[solver.name] = count.get(solver.name) or _holding(robot, targets, solver.solutions(found))
+    theirs, mine = (min(spent[each.name]) * 1e6 for each in (peer, ours))
+    label = f"{name}: {peer.name}: {theirs:.1f} us a target, {count[peer.name]:,} solutions of {len(targets):,}"
+    return label, f"{theirs / mine:.1f} times ({mine:.2f} us), {count[ours.name]:,}", "faster, no fewer"
+
+
+def _holding(robot: Robot, targets: Array, found: list[Array]) -> int:
+    """How many different solutions lie within the limits and lead to their targets."""
+    which = np.repeat(np.arange(len(found)), [len(each) for each in found])
+    if not len(which):
+        return 0
+    low, high = np.array(joint_box(robot)).T
+    middle = (low + high) / 2
+    q = np.concatenate([each for each in found if len(each)])
+    q = q - 2 * np.pi * np.round((q - middle) / (2 * np.pi))
+    apart = np.abs(reference.pose(robot, q)[:, 0] - targets[which]).max(axis=(1, 2))
+    holds = (apart < 2 * NEAR) & ((q >= low - NEAR) & (q <= high + NEAR)).all(axis=1)
+    return len(np.unique(np.column_stack([which, np.round(q, 4)])[holds], axis=0))
+
+
+def _missed(name: str, package: ModuleType, q: Array) -> int:
+    """Joint vectors that are not among the solutions for their poses, but for whole turns."""
+    solutions, valid = package.inverse(package.fk(q))
+    apart = np.abs(solutions - q[:, None])
+    angles = np.array([each.type is not JointType.PRISMATIC for each in load(ROBOTS / f"{name}.yaml").variables])
+    turned = np.abs((apart + np.pi) % (2 * np.pi) - np.pi)
+    apart = np.where(angles, turned, apart).max(axis=2)
+    return int((np.where(valid, apart, np.inf).min(axis=1) > NEAR).sum())
+
+
+def _unsolved(name: str, package: ModuleType, q: Array) -> int:
+    """Joint vectors for whose poses no solution leads there, or one that is called valid does not."""
+    whole = family_of(load(ROBOTS / f"{name}.yaml")).aim is Aim.POSE
+    targets = package.fk(q)
+    solutions, valid = package.inverse(targets)
+    apart = np.abs(package.fk(solutions) - targets[:, None])
+    apart = (apart if whole else apart[..., 3:]).max(axis=(2, 3))
+    return int((~valid.any(axis=1) | (valid & ~(apart < NEARER)).any(axis=1)).sum())
+
+
+def _singular(name: str) -> Array:
+    """Random joint vectors with one joint within 1e-9 of where branches meet."""
+    robot = load(ROBOTS / f"{name}.yaml")
+    family, (low, high) = family_of(robot), np.array(joint_box(robot)).T
+    places = [(joint, value) for joint, values in (*boundaries(family), *alignments(family)) for value in values]
+    found = []
+    for seed, (joint, value) in enumerate(places):
+        q = _random(name, SINGULAR // len(places), seed)
+        turned = value + 2 * np.pi * np.ceil((low[joint] - value) / (2 * np.pi) - NEARER)
+        q[:, joint] = turned + np.random.default_rng(seed).uniform(-NEARER, NEARER, len(q))
+        found.append(q[(q[:, joint] >= low[joint]) & (q[:, joint] <= high[joint])])
+    return np.concatenate(found) if found else np.zeros((0, len(low)))
+
+
+def _random(name: str, count: int, seed: int = 0) -> Array:
+    """Joint vectors within the limits."""
+    low, high = np.array(joint_box(load(ROBOTS / f"{name}.yaml"))).T
+    return np.random.default_rng(seed).uniform(low, high, (count, len(low)))
+
+
+def _seconds(call: Callable[[], object]) -> float:
+    """The least time on the processor of several turns."""
+    found = []
+    for _ in range(TURNS):
+        begin = time.thread_time()
+        call()
+        found.append(time.thread_time() - begin)
+    return min(found)
+
+
+@cache
+def _package(name: str, quantity: Quantity) -> ModuleType:
+    with tempfile.TemporaryDirectory() as folder:
+        options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, quantity))
+        return load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
+
+
+def _nanoseconds(files: Mapping[str, str], flags: tuple[str, ...]) -> float:
+    with tempfile.TemporaryDirectory() as place:
+        for name, text in files.items():
+            Path(place, name).write_text(text, encoding="utf-8")
+        sources = [name for name in files if name.endswith(".c")]
+        subprocess.run(["gcc", *flags, "-D_GNU_SOURCE", "-o", "program", *sources], cwd=place, check=True)
+        command = [str(Path(place, "program")), "1000"]
+        found = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(MANY)]
+        return min(map(float, found))
+
+
+_MAIN = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "NAME.h"
+
+static double targets[1000][16], solutions[48], valid[8];
+
+int main(int argc, char **argv)
+{
+    const int calls = atoi(argv[argc - 1]);
+    unsigned state = 1;
+    for (int i = 0; i < 1000; i++) {
+        double q[6];
+        for (int j = 0; j < 6; j++) {
+            state = state * 1664525u + 1013904223u;
+            q[j] = (double)state / 4294967296.0 * 6.283185307179586 - 3.141592653589793;
+        }
+        NAME_fk(q, targets[i]);
+    }
+    struct timespec begin, end;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
+    for (int i = 0; i < calls; i++) {
+        NAME_inverse(targets[i], solutions, valid);
+    }
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+    printf("%.1f\n", ((double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec)) / calls);
+    return 0;
+}
+"""
+
+
+if __name__ == "__main__":
+    sys.exit(main())
