@@ -89,6 +89,9 @@ prove: $(VENV)/.dev ## proves with Frama-C that the kernels have no run-time err
 # Peers take part where they are installed: $(BIN)/python -m pip install -e '.[bench]'
 bench: $(VENV)/.kinegen ## prints the figures of this machine
 	$(BIN)/python -m benchmarks.speed $(BENCH_OPTIONS)
+	$(BIN)/python -m benchmarks.velocity
+	$(BIN)/python -m benchmarks.inverse
+	$(BIN)/python -m benchmarks.build
 
 wheel: $(VENV)/.dev ## builds a wheel in dist/ and tries it outside the checkout
 	$(BIN)/python -m hatchling build -t wheel -d dist
