@@ -14,7 +14,7 @@ from kinegen import reference
 from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import JointType, Robot
+from kinegen.robot.model import TOOL, JointType, Robot
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Aim, Family
 from kinegen.symbolic.inverse.places import alignments, boundaries
@@ -35,6 +35,10 @@ ACCEPTED = {"double": 1e-9, "float": 1e-4}
 
 SAME = 1e-6
 """How near a solution must be to the joint vector that the target came from: radians or lengths."""
+
+SINGULAR = 1e-3
+"""Where the least singular value of the Jacobian, lengths relative to the reach, is below this, the rounding of a
+target may move joints by more; any solution that leads there will then do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,12 +170,20 @@ class _Tester:
                 apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
         nearest = np.where(solved, apart.max(axis=2), np.inf).min(axis=1)
         missed = np.flatnonzero(nearest > SAME)
+        missed = missed[~solved[missed].any(axis=1) | ~self._are_singular(q[missed])]
         if len(missed):
             first = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
             raise ProofError(
                 f"{self.robot.name}: {target} {self.quantity} misses the joint vectors of {len(missed):,} of "
                 f"{len(q):,} targets, the first at q = ({first}); nothing was written"
             )
+
+    def _are_singular(self, q: FloatArray) -> Truths:
+        rows = 6 if self.family.aim is Aim.POSE else 3
+        weights = np.array([1 / reach(self.robot)] * 3 + [1.0] * 3)[:rows, None]
+        jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows] * weights
+        singular: Truths = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < SINGULAR
+        return singular
 
     def _errors(self, joints: FloatArray, solved: Truths, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Errors of positions and rotations, the largest over the branches of each target."""

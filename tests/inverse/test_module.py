@@ -18,7 +18,8 @@ from kinegen.errors import ProofError
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.native.package import load_package
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import load
+from kinegen.robot.load import load, loads
+from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify import inverse as proof
 from kinegen.verify.inverse import try_inverse
@@ -29,11 +30,11 @@ INVERSE = Quantity(Kind.INVERSE)
 ROBOT = load(ROBOTS / "ur5.yaml")
 
 
-def write(folder: Path, change: tuple[str, str] = ("", "")) -> ModuleType:
-    """The package of a UR5 in NumPy alone, with one place of its formulas changed."""
-    programs = tuple(lower(derive(ROBOT, quantity)) for quantity in (Quantity.POSE, INVERSE))
-    kernels = Kernels(ROBOT, programs, runtime_defaults(ROBOT))
-    folder = folder / ROBOT.name
+def write(folder: Path, change: tuple[str, str] = ("", ""), robot: Robot = ROBOT) -> ModuleType:
+    """The package of a robot, a UR5 by default, in NumPy alone, with one place of its formulas changed."""
+    programs = tuple(lower(derive(robot, quantity)) for quantity in (Quantity.POSE, INVERSE))
+    kernels = Kernels(robot, programs, runtime_defaults(robot))
+    folder = folder / robot.name
     folder.mkdir()
     for name, text in emit_files(kernels, (Real.DOUBLE,), compute_vectors(kernels)).files.items():
         (folder / name).write_text(re.sub(*change, text) if name == "_numpy.py" and change[0] else text)
@@ -143,3 +144,13 @@ def test_a_wrong_inverse_cannot_pass(
     monkeypatch.setattr(proof, "TARGETS", 1000)
     with pytest.raises(ProofError, match=outcome):
         try_inverse(ROBOT, write(tmp_path, change), INVERSE, "double")
+
+
+def test_a_target_that_its_rounding_moves_far_is_no_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stroke of some micrometres, at whose middle two branches meet: targets say little of the first two joints."""
+    text = (ROBOTS / "spherical_arm.yaml").read_text().replace("d: q,", "d: q, limits: [-0.00001, 0.00001],")
+    robot = loads(text, "arm.yaml")
+    monkeypatch.setattr(proof, "TARGETS", 1000)
+    (trial,) = try_inverse(robot, write(tmp_path, robot=robot), INVERSE, "double")
+
+    assert trial.position_error < 1e-9
