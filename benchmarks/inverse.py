@@ -61,6 +61,9 @@ TURNS, MANY = 5, 25
 NEAR, NEARER = 1e-6, 1e-9
 """How near a solution must come to its joint vector, and its pose to the target."""
 
+SINGULAR_VALUE = 1e-3
+"""The least of a Jacobian in metres and radians, below which the rounding of a target moves joints."""
+
 ROOTS = ("-fno-math-errno", "-fno-tree-slp-vectorize")
 """Square roots from the processor; and none of the moves between vectors that valgrind does not know."""
 
@@ -137,7 +140,9 @@ def against() -> Iterator[Row]:
         for peer in closed_forms(load(ROBOTS / f"{name}.yaml")):
             many = "one a call" not in peer.name
             yield _compared(name, peer, Solver("ours", peer.targets, partial(_solve, package, many), _valid))
-    for name in ("puma560", "ur5", "iiwa14", "panda"):
+        for _, peer in descents(load(ROBOTS / f"{name}.yaml")):
+            yield _compared(name, peer, Solver("ours", peer.targets, partial(_nearest, package), _existing))
+    for name in ("iiwa14", "panda"):
         package = _package(name, NUMERIC_INVERSE)
         for restarts, peer in descents(load(ROBOTS / f"{name}.yaml")):
             ours = Solver("ours", peer.targets, partial(_search, package, restarts), _found)
@@ -146,6 +151,15 @@ def against() -> Iterator[Row]:
 
 def _solve(package: ModuleType, many: bool, targets: Array, _: Array) -> list[tuple[Array, Array]]:
     return [package.inverse(targets)] if many else [package.inverse(target) for target in targets]
+
+
+def _nearest(package: ModuleType, targets: Array, starts: Array) -> tuple[Array, Array]:
+    found: tuple[Array, Array] = package.inverse(targets, nearest=starts)
+    return found
+
+
+def _existing(found: tuple[Array, Array]) -> list[Array]:
+    return [q[None] if exists else q[None][:0] for q, exists in zip(*found, strict=True)]
 
 
 def _search(package: ModuleType, restarts: int, targets: Array, starts: Array) -> Any:
@@ -158,7 +172,7 @@ def _valid(found: list[tuple[Array, Array]]) -> list[Array]:
 
 
 def _found(found: Any) -> list[Array]:
-    return [q[None] if solved else q[None][:0] for q, solved in zip(found.q, found.solved, strict=True)]
+    return _existing((found.q, found.solved))
 
 
 def _compared(name: str, peer: Solver, ours: Solver) -> Row:
@@ -194,13 +208,25 @@ def _holding(robot: Robot, targets: Array, found: list[Array]) -> int:
 
 
 def _missed(name: str, package: ModuleType, q: Array) -> int:
-    """Joint vectors that are not among the solutions for their poses, but for whole turns."""
+    """Joint vectors that are not among the solutions for their poses, but for whole turns.
+
+    Where a pose hardly tells joints apart, they count as found in any solution.
+    """
     solutions, valid = package.inverse(package.fk(q))
     apart = np.abs(solutions - q[:, None])
     angles = np.array([each.type is not JointType.PRISMATIC for each in load(ROBOTS / f"{name}.yaml").variables])
     turned = np.abs((apart + np.pi) % (2 * np.pi) - np.pi)
     apart = np.where(angles, turned, apart).max(axis=2)
-    return int((np.where(valid, apart, np.inf).min(axis=1) > NEAR).sum())
+    missed = np.flatnonzero(np.where(valid, apart, np.inf).min(axis=1) > NEAR)
+    return int((~valid[missed].any(axis=1) | ~_are_singular(name, q[missed])).sum())
+
+
+def _are_singular(name: str, q: Array) -> Array:
+    robot = load(ROBOTS / f"{name}.yaml")
+    rows = 6 if family_of(robot).aim is Aim.POSE else 3
+    jacobians = reference.Kinematics(robot, q).jacobian(robot.tips[0])[:, :rows]
+    singular: Array = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < SINGULAR_VALUE
+    return singular
 
 
 def _unsolved(name: str, package: ModuleType, q: Array) -> int:

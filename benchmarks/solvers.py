@@ -106,9 +106,11 @@ def _axes(table: tuple[Link, ...]) -> tuple[Array, Array, Array]:
     for link in table:
         moved = pose @ np.array(link.matrix(np.cos(float(link.theta)), np.sin(float(link.theta))), dtype=float)
         at = pose if link.standard else moved
-        axes.append(at[:3, 2])
-        offsets.append(at[:3, 3] - last)
-        pose, last = moved, at[:3, 3]
+        if link.joint is not None:
+            axes.append(at[:3, 2])
+            offsets.append(at[:3, 3] - last)
+            last = at[:3, 3]
+        pose = moved
     turned = np.eye(4)
     turned[:3, :3] = pose[:3, :3]
     return np.array(axes), np.array([*offsets, pose[:3, 3] - last]), turned
