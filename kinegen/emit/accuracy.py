@@ -98,15 +98,19 @@ def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
         source: The file with the sine and cosine.
 
     Returns:
-        Lines of a comment.
+        Lines of a comment; none where no function states any.
     """
+    stated = [program for program in kernels.programs if _is_stated(program)]
+    if not stated:
+        return ()
+    where = "each function" if len(stated) == len(kernels.programs) else "functions of joint values alone"
     unlimited = list(_unlimited(kernels.robot))
     ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
     inputs = f" for the joint values passed in, anywhere within their limits{ranges}" if kernels.robot.dof else ""
     defaults = " for the parameters of the file" if kernels.defaults else ""
     pair = f", and for the sine and cosine of {source}" if any(program.angles for program in kernels.programs) else ""
     return _wrapped(
-        "Proven errors, stated at each function: how far a result can be from what the table gives exactly"
+        f"Proven errors, stated at {where}: how far a result can be from what the table gives exactly"
         f"{inputs}{defaults}. They hold for rounding to nearest with subnormal numbers, with or without "
         f"contraction{pair}."
     )
@@ -135,7 +139,7 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
         of more than the joint vector, whose other inputs have no known range, nor where there is nothing to compute.
     """
     robot = kernels.robot
-    if not program.outputs or any(given.name != "q" for given in program.signature.inputs):
+    if not _is_stated(program):
         return ()
     if not has_rules(program):
         return ("No bound is derived for functions with roots, arc tangents or selections.",)
@@ -151,6 +155,10 @@ def error_lines(kernels: Kernels, program: Program, real: Real) -> tuple[str, ..
         else:
             text += f" For {free} anywhere up to {limit}, as far as sums of angles are too: {wide}."
     return _wrapped(text)
+
+
+def _is_stated(program: Program) -> bool:
+    return bool(program.outputs) and all(given.name == "q" for given in program.signature.inputs)
 
 
 def _errors(proven: ErrorBound, length: str) -> str:

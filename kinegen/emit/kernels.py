@@ -64,6 +64,7 @@ def provenance(robot: Robot) -> str:
 def joint_lines(robot: Robot) -> tuple[str, ...]:
     """One line for each entry of the joint vector: place, name, type, unit, limits."""
     width = max((len(variable.name) for variable in robot.variables), default=0)
+    place = len(f"q[{robot.dof - 1}]")
     lines = []
     for variable in robot.variables:
         unit = robot.units.length if variable.type is JointType.PRISMATIC else "rad"
@@ -71,7 +72,8 @@ def joint_lines(robot: Robot) -> tuple[str, ...]:
         if variable.limits is not None:
             low, high = (_decimal(bound) for bound in variable.limits)
             limits = f"{low} to {high}"
-        lines.append(f"q[{variable.index}]  {variable.name:<{width}}  {variable.type.value:<9}  {unit:<3}  {limits}")
+        index = f"q[{variable.index}]"
+        lines.append(f"{index:<{place}}  {variable.name:<{width}}  {variable.type.value:<9}  {unit:<3}  {limits}")
     return tuple(lines)
 
 
@@ -91,17 +93,18 @@ def _decimal(expression: Expression) -> str:
 def operation_line(program: Program) -> str:
     """The operations of one call, in words."""
     counted: Count = count(program)
-    parts = [
-        f"{counted.multiplications} multiplications",
-        f"{counted.additions} additions",
-        f"{counted.negations} changes of sign",
-        f"{counted.divisions} divisions",
-        f"{counted.sine_cosines} sine-cosine pairs",
-        f"{counted.roots} square roots",
-        f"{counted.arc_tangents} arc tangents",
-        f"{counted.selections} selections",
-    ]
-    return ", ".join(part for part in parts if not part.startswith("0 ")) or "none"
+    parts = (
+        (counted.multiplications, "multiplication", "multiplications"),
+        (counted.additions, "addition", "additions"),
+        (counted.negations, "change of sign", "changes of sign"),
+        (counted.divisions, "division", "divisions"),
+        (counted.sine_cosines, "sine-cosine pair", "sine-cosine pairs"),
+        (counted.roots, "square root", "square roots"),
+        (counted.arc_tangents, "arc tangent", "arc tangents"),
+        (counted.selections, "selection", "selections"),
+    )
+    words = (f"{number} {one if number == 1 else several}" for number, one, several in parts if number)
+    return ", ".join(words) or "none"
 
 
 def tip_phrase(robot: Robot) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from kinegen.outputs import Array, Kind, Quantity, Reference
+from kinegen.outputs import Array, Kind, Quantity, Reference, Signature
 
 _PLACES = (Kind.POSE, Kind.FRAMES, Kind.POSITION)
 _ROWS = "rows linear velocity, then angular"
@@ -61,12 +61,19 @@ _INPUT: Mapping[str, str] = MappingProxyType(
         "actuators": "readings of the actuators",
         "qd": "joint velocities, per second",
         "qdd": "joint accelerations, per second squared",
+        "base_T_tool": "pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal",
         "a_T_b": "pose of a frame b in a frame a, 4x4 matrix, row by row",
     }
 )
 
 _RESULT: Mapping[str, str] = MappingProxyType(
     {
+        "twist": "linear velocity x, y, z, then angular",
+        "bias_acceleration": "linear acceleration x, y, z, then angular",
+        "acceleration": "linear acceleration x, y, z, then angular",
+        "joints": "joint vector",
+        "actuators": "readings of the actuators",
+        "valid": "1 or 0 for each branch",
         "quaternion_wxyz": "w, x, y, z; w >= 0",
         "quaternion_xyzw": "x, y, z, w; w >= 0",
         "rpy_zyx": "roll, pitch, yaw; at pitch +-pi/2 roll is 0",
@@ -84,13 +91,27 @@ def subject(quantities: Iterable[Quantity]) -> str:
     return "Forward kinematics" if all(quantity.kind in _PLACES for quantity in quantities) else "Kinematics"
 
 
-def brief(quantity: Quantity) -> str:
+def brief(signature: Signature) -> str:
     """What a kernel computes, in one sentence."""
-    frame, origin = ("the tool", "the tool's origin")
+    quantity = signature.quantity
+    frame, origin = "the tool", "the tool's origin"
     if quantity.frame:
-        frame, origin = (f"frame {quantity.frame}", f"the origin of frame {quantity.frame}")
+        frame, origin = f"frame {quantity.frame}", f"the origin of frame {quantity.frame}"
+    elif any(array.per_frame for array in signature.results):
+        frame, origin = "each tip", "the origin of each tip"
     text = _BRIEF[quantity.kind].format(frame=frame, origin=origin, reference=_REFERENCE[quantity.reference])
     return f"{text}."
+
+
+def frames_text(is_tree: bool) -> str:
+    """What matrices mean."""
+    maps, owner = ("base_T_tool maps coordinates in frame tool", "tool")
+    if is_tree:
+        maps, owner = ("base_T_tips maps, for each tip, coordinates in the frame of the tip", "tip")
+    return (
+        f"Frames: {maps} to coordinates in frame base; its columns are the axes of the {owner} and its origin, all in "
+        "base. Matrices are 4x4, row by row, with the last row 0 0 0 1."
+    )
 
 
 def input_text(array: Array) -> str:
@@ -107,6 +128,8 @@ def result_text(array: Array) -> str:
         return "x, y, z"
     if array.name in _RESULT:
         return _RESULT[array.name]
+    if array.name == "solutions":
+        return f"a joint vector for each branch, {'x'.join(map(str, shape))} matrix, row by row"
     if len(shape) == 1:
         return f"{shape[0]} numbers"
     return f"{'x'.join(map(str, shape))} {'matrix' if len(shape) == 2 else 'array'}, row by row"

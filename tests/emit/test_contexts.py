@@ -43,8 +43,8 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 }
 """The records that templates loop over, and what they call them."""
 
-HANDED_ON = {"kernel", "name", "stored"}
-"""Fields for emitters: the record of the scalar kernels, what a function is called, what its inputs take in memory."""
+HANDED_ON = {"kernel", "name", "stored", "function", "prototype"}
+"""Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
 STRINGS = {"prefix", "qualifier"}
 """Variables besides the records: the templates of functions take them."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Iterator
 
 from kinegen.emit.actuators import ARRAY as ACTUATORS
@@ -9,6 +11,9 @@ from kinegen.emit.kernels import Kernels
 from kinegen.ir.program import Program
 from kinegen.naming import macro, prefix
 from kinegen.outputs import Array, Kind
+
+_WIDTH = 119
+"""Characters of a line, without the semicolon behind it."""
 
 
 def given(program: Program) -> tuple[Array, ...]:
@@ -53,6 +58,14 @@ def scalar_arguments(kernels: Kernels, program: Program, real: str, *, restrict:
         parts.append(f"const {prefix(kernels.robot.name, real)}_params *{qualifier}params")
     parts += [f"{real} {declared(kernels, program, array, qualifier)}" for array in computed(program)]
     return ", ".join(parts) or "void"
+
+
+def wrapped_prototype(prototype: str) -> tuple[str, ...]:
+    """A prototype as lines that end between arguments, which stand below each other."""
+    indent = " " * (prototype.index("(") + 1)
+    whole = re.sub(r"(?<!,) ", "~", prototype)
+    lines = textwrap.wrap(whole, _WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return tuple(line.replace("~", " ") for line in lines)
 
 
 def scalar_variables(program: Program) -> tuple[str, ...]:

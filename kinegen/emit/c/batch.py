@@ -234,7 +234,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         name=function(kernels.robot.name, program.quantity.function, real, batch=True),
         size=size,
         suffix=suffix,
-        brief=brief(program.quantity),
+        brief=brief(program.signature),
         arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
         inputs=tuple(BatchInput(array.name, array.size, array.stored, _finder(array) + suffix) for array in read),

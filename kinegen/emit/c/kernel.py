@@ -8,7 +8,15 @@ from fractions import Fraction
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
 from kinegen.emit.actuators import actuator_lines, actuator_names
-from kinegen.emit.c.arguments import block_names, computed, given, result_places, scalar_arguments, scalar_variables
+from kinegen.emit.c.arguments import (
+    block_names,
+    computed,
+    given,
+    result_places,
+    scalar_arguments,
+    scalar_variables,
+    wrapped_prototype,
+)
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
@@ -17,7 +25,7 @@ from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.emit.words import brief, input_text, result_text, subject
+from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Array, Kind
@@ -29,11 +37,12 @@ class Function:
 
     Attributes:
         name: C name.
-        brief: What it computes.
+        heading: What it computes, as lines of a comment.
         notes: What there is to say of its results, as lines of a comment.
         operations: What a call costs, as lines of a comment.
         errors: How far its results can be off.
         prototype: Declaration without `restrict`, valid in C++.
+        declaration: The same in lines.
         definition: Head of the definition.
         body: Statements; each result is stored as soon as it is there.
         inputs: The input arguments, each with what it holds.
@@ -42,12 +51,13 @@ class Function:
     """
 
     name: str
-    brief: str
+    heading: tuple[str, ...]
     notes: tuple[str, ...]
     operations: tuple[str, ...]
     errors: tuple[str, ...]
     prototype: str
-    definition: str
+    declaration: tuple[str, ...]
+    definition: tuple[str, ...]
     body: tuple[str, ...]
     inputs: tuple[tuple[str, str], ...]
     results: tuple[tuple[str, str], ...]
@@ -67,6 +77,7 @@ class KernelContext:
     prefix: str
     real: str
     length: str
+    frames: tuple[str, ...]
     macros: tuple[tuple[str, str], ...]
     joints: tuple[str, ...]
     actuators: tuple[str, ...]
@@ -77,6 +88,7 @@ class KernelContext:
     accuracy: tuple[str, ...]
     sincos: Sincos | None
     sincos_macro: str
+    sincos_lines: tuple[str, ...]
     routines: tuple[str, ...]
     routine_lines: tuple[str, ...]
     needs_bits: bool
@@ -115,6 +127,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         prefix=prefix(robot.name, real),
         real=real.value,
         length=robot.units.length,
+        frames=tuple(textwrap.wrap(frames_text(robot.is_tree), LINE)),
         macros=macros(kernels),
         joints=joint_lines(robot),
         actuators=actuator_lines(kernels),
@@ -125,6 +138,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         accuracy=accuracy_lines(kernels, source),
         sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
         sincos_macro=sincos_macro(robot.name, real),
+        sincos_lines=_sincos_lines(SINCOS[real], sincos_macro(robot.name, real), source),
         routines=function_templates(kernels.programs, real),
         routine_lines=routine_lines(used_routines(kernels.programs, real)),
         needs_bits=needs_bits(kernels.programs, real),
@@ -161,21 +175,35 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     name = function(robot.name, program.quantity.function, real)
     body = _body(kernels, program, real)
     text = "\n".join(body)
+    prototype, definition = (
+        f"void {name}({scalar_arguments(kernels, program, real, restrict=restrict)})" for restrict in (False, True)
+    )
     reads = [(array.name, f"{array.name}[") for array in given(program)]
     reads += [("params", "params->")] * bool(robot.runtime_parameters)
     return Function(
         name=name,
-        brief=brief(program.quantity),
+        heading=tuple(textwrap.wrap(brief(program.signature), LINE, break_on_hyphens=False)),
         notes=_notes(kernels, program),
         operations=tuple(textwrap.wrap(f"Costs {operation_line(program)}.", LINE)),
         errors=error_lines(kernels, program, real),
-        prototype=f"void {name}({scalar_arguments(kernels, program, real, restrict=False)})",
-        definition=f"void {name}({scalar_arguments(kernels, program, real, restrict=True)})",
+        prototype=prototype,
+        declaration=wrapped_prototype(prototype),
+        definition=wrapped_prototype(definition),
         body=body,
         inputs=tuple((array.name, input_text(array)) for array in given(program)),
         results=tuple((array.name, _shape(kernels, program, array)) for array in computed(program)),
         unused=tuple(argument for argument, sign in reads if sign not in text),
     )
+
+
+def _sincos_lines(pair: Sincos, name: str, source: str) -> tuple[str, ...]:
+    text = (
+        f"Sines and cosines are evaluated {pair.accuracy}; an angle beyond that, a NaN or an infinity makes every "
+        f"output that depends on it NaN. A macro {name}(x,~s,~c), defined where {source} is compiled, takes the place "
+        "of the pair: it stores the sine and cosine of x at s and c."
+    )
+    lines = textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False)
+    return tuple(line.replace("~", " ") for line in lines)
 
 
 def _notes(kernels: Kernels, program: Program) -> tuple[str, ...]:

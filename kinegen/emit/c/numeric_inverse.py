@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
@@ -44,7 +45,8 @@ class SolverContext:
     dof: int
     function: str
     kernel: str
-    arguments: str
+    prototype: str
+    declaration: tuple[str, ...]
     parameters: bool
     pass_params: str
     pass_params_declaration: str
@@ -98,6 +100,7 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
     box = joint_box(robot)
     position, rotation = tolerances(robot, real)
     parameters = bool(robot.runtime_parameters)
+    prototype = f"int {function(robot.name, NUMERIC_INVERSE.function, real)}({_arguments(kernels, real)})"
     return SolverContext(
         header=header,
         source=source,
@@ -113,7 +116,8 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         dof=robot.dof,
         function=function(robot.name, NUMERIC_INVERSE.function, real),
         kernel=function(robot.name, POSE_AND_JACOBIAN.function, real),
-        arguments=_arguments(kernels, real),
+        prototype=prototype,
+        declaration=wrapped_prototype(prototype),
         parameters=parameters,
         pass_params=" params," if parameters else "",
         pass_params_declaration=f" const {stem}_params *params," if parameters else "",

@@ -178,7 +178,7 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
     text = "\n".join(body)
     unused = [("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters)]
     return FixedFunction(
-        brief=brief(exact.quantity),
+        brief=brief(exact.signature),
         operations=operation_line(exact),
         errors=error_text(fixed, program),
         prototype=f"void {name}({plain})",

@@ -16,7 +16,7 @@ from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenanc
 from kinegen.emit.packages.example import Example, example_of
 from kinegen.emit.packages.layout import Layout
 from kinegen.emit.reals import Real
-from kinegen.emit.words import subject
+from kinegen.emit.words import brief, subject
 from kinegen.naming import cmake_target, comment_text, macro, prefix, selftest_file, vectors_file
 from kinegen.robot.model import Robot
 
@@ -132,19 +132,15 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
 
 def _manual(kernels: Kernels, context: KernelContext) -> Manual:
     functions = tuple(
-        (function.prototype, function.brief, operation_line(program))
+        (function.prototype, brief(program.signature), operation_line(program))
         for function, program in zip(context.functions, kernels.programs, strict=True)
     )
     return Manual(context.header, context.sincos.accuracy if context.sincos else "", functions)
 
 
 def _search_manual(search: SolverContext) -> Manual:
-    prototype = f"int {search.function}({search.arguments})"
-    return Manual(
-        search.header,
-        "",
-        ((prototype, "Joint values for a pose of the tool, by a search.", "as many steps as it takes"),),
-    )
+    what = "Joint values for a pose of the tool, by a search."
+    return Manual(search.header, "", ((search.prototype, what, "as many steps as it takes"),))
 
 
 def _sentence(robot: Robot, about: str) -> str:

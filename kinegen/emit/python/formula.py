@@ -99,7 +99,7 @@ def _formula(program: Program, parameters: bool) -> Formula:
     unused += ["params"] if parameters and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
-        brief=brief(program.quantity),
+        brief=brief(program.signature),
         inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
         body=body,
         results=results,

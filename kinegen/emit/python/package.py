@@ -228,7 +228,7 @@ def _public(program: Program, branches: Branches | None) -> PublicKernel:
     inverse = branches if program.quantity.kind is Kind.INVERSE else None
     return PublicKernel(
         name=program.quantity.function,
-        brief=brief(program.quantity),
+        brief=brief(program.signature),
         inputs=_arrays(program.signature.inputs),
         results=_arrays(results),
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
