@@ -36,6 +36,8 @@ MEASURED = (
     (re.compile(r"^  worst (double|float): .*\n(    .*\n)*", re.M), ""),  # and its place
     (re.compile(r"^  measure .*\n", re.M), ""),  # a cross compiler and its emulator may be missing
     (re.compile(r"^  float on .*\n(    .*\n)*", re.M), ""),
+    # Samples on the edge of a voxel fall to one side or the other by their last bit.
+    (re.compile(r"^  (half of the samples|all samples|and searched at the rim|the same, finer|volume) .*\n", re.M), ""),
     (re.compile(r"(?<=\S) +"), " "),  # the widths of columns of all these
 )
 

@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 from kinegen.build import build
+from kinegen.native.flags import Flags
 from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
 from kinegen.results import BuildOptions
@@ -27,7 +28,12 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Packages:
         folder = tmp_path_factory.mktemp(f"{name}_{backend}")
         with pytest.MonkeyPatch.context() as patch:
             set_machine(patch, folder / "cache")
-            options = BuildOptions(output=folder, quantities=(Quantity.POSE, NUMERIC_INVERSE), compile=backend == "c")
+            options = BuildOptions(
+                output=folder,
+                quantities=(Quantity.POSE, NUMERIC_INVERSE),
+                compile=backend == "c",
+                flags=Flags(march=None, optimisation="1"),
+            )
             return load_package(build(Path(ROBOTS / f"{name}.yaml"), options, lambda _: None).folder)
 
     return made

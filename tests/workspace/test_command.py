@@ -122,7 +122,7 @@ def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("robot", "reason"),
     [
-        ("iiwa14", "not measured, since iiwa14 has no closed-form inverse here"),
+        ("iiwa14", "not measured, since iiwa14 has no closed-form inverse"),
         ("cartesian", "none to speak of, since the tip keeps one orientation"),
         ("al5d", "none, since the tip cannot turn every way while it stands still"),
         ("spherical_arm", "none, since the arm cannot turn the tip every way"),
