@@ -61,7 +61,8 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
 
 def is_pose(matrix: Floats) -> bool:
     """Whether one 4x4 matrix is beyond doubt a pose; quicker than `checked_targets`, which also says what is wrong."""
-    a, b, c, x, d, e, f, y, g, h, i, z, *last = matrix.ravel().tolist()
+    rows: Any = matrix.tolist()
+    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = rows
     allowed = _ALLOWED.get(matrix.dtype, 0.0) / 4
     return (
         abs(a * a + b * b + c * c - 1) <= allowed
@@ -71,7 +72,7 @@ def is_pose(matrix: Floats) -> bool:
         and abs(c * d - a * f - h) <= allowed
         and abs(a * e - b * d - i) <= allowed
         and x - x == y - y == z - z == 0
-        and last == _LAST
+        and bool(last == _LAST)
     )
 
 
