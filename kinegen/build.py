@@ -52,6 +52,7 @@ from kinegen.write import is_generated, write_files
 class _Clock:
     """Times the stages and reports each as it ends."""
 
+    path: Path
     report: Callable[[Stage], None]
     stages: list[Stage] = field(default_factory=list)
 
@@ -61,6 +62,11 @@ class _Clock:
         begin = time.perf_counter()
         try:
             yield detail
+        except KinegenError as error:
+            # What is wrong with a robot is told of the file as the user named it.
+            if type(error) is KinegenError:
+                raise KinegenError(error.message, str(self.path), error.line) from error
+            raise
         except OSError as error:
             # Reading and writing speak for themselves; what is left is the folder in which packages are made.
             reason = f"cannot {name} with temporary files: {error}; TMPDIR can name another folder for them"
@@ -84,7 +90,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         KinegenError: If the file is bad, the compiler refuses, the proof fails or the folder cannot be written. The
             output folder is then as it was.
     """
-    clock = _Clock(report)
+    clock = _Clock(path, report)
     with clock.stage("load") as detail:
         robot = _load(path, options)
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
@@ -98,7 +104,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("emit") as detail:
         kernels = Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities)
         emitted, project = _emit(kernels, options)
-        integers = _integers(kernels, path) if options.integers else None
+        integers = emit_integers(kernels) if options.integers else None
         detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ())} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
@@ -148,12 +154,9 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
 
 
 def _load(path: Path, options: BuildOptions) -> Robot:
-    """The robot, with the parameters that are asked for; a refusal names the file as the user did."""
+    """The robot, with the parameters that are asked for."""
     robot = load(path)
-    try:
-        return calibrated(robot, options.wrt) if options.wrt else robot
-    except KinegenError as error:
-        raise KinegenError(error.message, str(path), error.line) from error
+    return calibrated(robot, options.wrt) if options.wrt else robot
 
 
 def _emit(kernels: Kernels, options: BuildOptions) -> tuple[Emitted, dict[str, str]]:
@@ -173,14 +176,6 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return build_extension(interface_of(kernels, options.reals), emitted.sources, options.flags), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
-
-
-def _integers(kernels: Kernels, path: Path) -> IntegerKernels:
-    """The kernels without floating point; a refusal names the file as the user did."""
-    try:
-        return emit_integers(kernels)
-    except KinegenError as error:
-        raise KinegenError(error.message, str(path), error.line) from error
 
 
 def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOptions) -> tuple[Proof, str, bool]:

@@ -45,12 +45,14 @@ def _inspect(file: str) -> None:
 
     robot = load(file)
     found = recognise(robot)
-    lines = _family_lines(robot, found) if isinstance(found, Family) else _unknown_lines(found.reasons)
+    lines = _family_lines(robot, found) if isinstance(found, Family) else _unknown_lines(robot, found.reasons)
     say("\n".join([f"{file}: {strong(found.name if isinstance(found, Family) else 'no closed-form inverse')}", *lines]))
 
 
-def _unknown_lines(reasons: tuple[str, ...]) -> list[str]:
+def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
+    if robot.is_tree or not robot.dof:
+        return lines
     return [*lines, f"{_INDENT}The numeric inverse serves every arm: kinegen build --outputs numeric_inverse"]
 
 

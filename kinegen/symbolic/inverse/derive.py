@@ -66,7 +66,6 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        raise KinegenError(
-            f"{robot.name} has no closed-form inverse: {first}{more}; numeric_inverse serves every arm", robot.source
-        )
+        instead = "" if robot.is_tree or not robot.dof else "; numeric_inverse serves every arm"
+        raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family
