@@ -10,20 +10,18 @@ from pathlib import Path
 
 from kinegen.boards.emulator import run_program
 from kinegen.boards.figures import Calls, Cost
-from kinegen.boards.programs import build_program, write_measured
+from kinegen.boards.programs import build_program, write_measured, write_search
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
 from kinegen.emit.fixed import Q30
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
-from kinegen.ir.program import count
-from kinegen.naming import function
+from kinegen.ir.program import Program, count
+from kinegen.outputs import NUMERIC_INVERSE
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
-
-_REPEATS = 8
-"""Calls between two readings of the clock, as in cost.c."""
 
 
 def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
@@ -38,7 +36,7 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
         target: The processor.
 
     Returns:
-        For each program, one entry for each of `OPTIMISATIONS`.
+        For each program, and the numeric inverse if there is one, one entry for each of `OPTIMISATIONS`.
 
     Raises:
         MissingToolError: If there is no compiler for the target; the message names the package.
@@ -48,11 +46,10 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
         raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
     find_cross_compiler(target)
     costs = []
-    for program in kernels.programs:
-        single = replace(kernels, programs=(program,))
+    for program in (*kernels.programs, *([None] if kernels.numeric_inverse else [])):
         for optimisation in OPTIMISATIONS:
             with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
-                costs.append(_measure(single, real, target, optimisation, Path(folder)))
+                costs.append(_measure(kernels, program, real, target, optimisation, Path(folder)))
     return tuple(costs)
 
 
@@ -61,30 +58,37 @@ def better(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: (cost.calls.most if cost.calls else 0, cost.flash))
 
 
-def _measure(kernels: Kernels, real: str, target: Target, optimisation: str, folder: Path) -> Cost:
-    files = write_measured(folder, kernels, real)
-    calls, deepest = _run(target, build_program(target, folder, files, SOURCES / "cost.c", real, (optimisation,)))
-    (program,) = kernels.programs
-    name = function(kernels.robot.name, program.quantity.function, real)
-    compiled = files[0].with_suffix(".o")
-    alone = link(target, folder, (compiled,), "alone.elf", entry=name)
+def _measure(
+    kernels: Kernels, program: Program | None, real: str, target: Target, optimisation: str, folder: Path
+) -> Cost:
+    """The cost of one kernel; without a program, that of the numeric inverse."""
+    if program is None:
+        measured = write_search(folder, kernels, Real(real))
+    else:
+        measured = write_measured(folder, replace(kernels, programs=(program,)), real)
+    flags = (optimisation, f"-DREPEATS={measured.repeats}")
+    built = build_program(target, folder, measured.files, SOURCES / "cost.c", real, flags)
+    calls, deepest = _run(target, built, measured.repeats)
+    own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
+    accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
     compiler = find_cross_compiler(target)
     return Cost(
         target=target.name,
         compiler=f"{compiler.command[0]} {compiler.version}",
-        quantity=program.quantity,
+        quantity=program.quantity if program else NUMERIC_INVERSE,
         real=real,
         optimisation=optimisation,
-        function_flash=_symbol_size(target, compiled, name),
-        flash=_flash(target, alone),
-        stack=max(deepest, _accounted_stack(compiled.with_suffix(".su"))),
+        function_flash=_symbol_size(target, own[-1], measured.name),
+        flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
+        # The search calls its functions one after the other, not each from within the one before.
+        stack=deepest if deepest and program is None else max(deepest, accounted),
         calls=calls,
         unit=target.unit,
-        operations=count(program),
+        operations=count(program) if program else None,
     )
 
 
-def _run(target: Target, program: Path) -> tuple[Calls | None, int]:
+def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int]:
     """Counts and depth of the stack from the emulator; nothing where it is not installed."""
     try:
         lines = run_program(target, program)
@@ -99,7 +103,7 @@ def _run(target: Target, program: Path) -> tuple[Calls | None, int]:
         raise KinegenError(f"{program.name} on {target.board} wrote no figures: {'; '.join(lines[-3:])}")
     ticks = Fraction(numbers["spin"][0], 10_000 * target.toolchain.round_cost)
     # The return of the function that does nothing was subtracted, and belongs to the kernel.
-    taken = [round(Fraction(number, _REPEATS) / ticks) + 1 for number in numbers["call"]]
+    taken = [round(Fraction(number, repeats) / ticks) + 1 for number in numbers["call"]]
     return Calls(min(taken), max(taken)), numbers["stack"][0] + target.toolchain.call_bytes
 
 

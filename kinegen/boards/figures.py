@@ -40,7 +40,7 @@ class Cost:
         stack: Bytes below the caller's.
         calls: Instructions or cycles, from the first of the function to its return; none without an emulator.
         unit: `instructions` or `cycles`.
-        operations: Operations of the program.
+        operations: Operations of the program; none for a search, which takes as many as it needs.
     """
 
     target: str
@@ -53,7 +53,7 @@ class Cost:
     stack: int
     calls: Calls | None
     unit: str
-    operations: Count
+    operations: Count | None
 
     def record(self) -> dict[str, Any]:
         """The same in plain values, for JSON."""

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
+from kinegen.boards.examples import reachable_poses
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, compile_object, link
 from kinegen.emit.c.arguments import flat_call, given
 from kinegen.emit.c.kernel import KernelContext, emit_kernel, kernel_context
+from kinegen.emit.c.numeric_inverse import emit_numeric_inverse, solver_context
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import FixedContext, emit_fixed, fixed_context
@@ -21,6 +23,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
 from kinegen.naming import function
+from kinegen.outputs import POSE_AND_JACOBIAN, Kind
 
 NOTHING = "board_nothing"
 """The function that costs nothing, with the type of the kernel that is measured."""
@@ -77,12 +80,31 @@ class Table:
         kernels: The kernels.
         joints: Room for any joint vector.
         numbers: Room for any result.
+        examples: Inputs of the first kernel where random numbers will not do, as C literals.
     """
 
     headers: tuple[str, ...]
     kernels: tuple[TableEntry, ...]
     joints: int
     numbers: int
+    examples: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A program around one function that is measured.
+
+    Attributes:
+        files: Its C files.
+        own: How many of these, from the first one on, a call of the function needs.
+        name: The function.
+        repeats: How often it is called between two readings of the clock.
+    """
+
+    files: tuple[Path, ...]
+    own: int
+    name: str
+    repeats: int
 
 
 def write_kernels(folder: Path, robots: Sequence[Kernels], real: str) -> tuple[Path, ...]:
@@ -101,7 +123,7 @@ def write_kernels(folder: Path, robots: Sequence[Kernels], real: str) -> tuple[P
     return _write(folder, prints, entries)
 
 
-def write_measured(folder: Path, kernels: Kernels, real: str) -> tuple[Path, ...]:
+def write_measured(folder: Path, kernels: Kernels, real: str) -> Measured:
     """Write the C of a single kernel, and the table with it and the function that does nothing.
 
     Args:
@@ -110,16 +132,53 @@ def write_measured(folder: Path, kernels: Kernels, real: str) -> tuple[Path, ...
         real: The number type, a `Real` or `Q30`.
 
     Returns:
-        The C files, that of the kernel first.
+        The program.
     """
     kernel = printed(kernels, real)
-    (entry,), (prototype,) = _entries(kernels, kernel, real), kernel.prototypes
+    (entry,), (prototype,), (program,) = _entries(kernels, kernel, real), kernel.prototypes, kernels.programs
+    is_inverse = program.quantity.kind is Kind.INVERSE
+    examples = _examples(reachable_poses(kernels.robot, starts=False), real) if is_inverse else ()
+    files = _write(folder, [kernel], _with_nothing(folder, entry, prototype, kernel.header), examples)
+    return Measured((*files, folder / "nothing.c"), 1, entry.name, 8)
+
+
+def write_search(folder: Path, kernels: Kernels, real: Real) -> Measured:
+    """The same for the numeric inverse, which starts close to a solution.
+
+    Args:
+        folder: An existing folder.
+        kernels: A robot with the numeric inverse.
+        real: The number type.
+
+    Returns:
+        The program.
+    """
+    solver = solver_context(kernels, real)
+    needed = tuple(program for program in kernels.programs if program.quantity == POSE_AND_JACOBIAN)
+    kernel = printed(replace(kernels, programs=needed), real)
+    kernel = replace(kernel, files={**kernel.files, **emit_numeric_inverse(kernels, real)}, header=solver.header)
+    parameters = f"&{solver.prefix}_default_params, " if solver.parameters else ""
+    arguments = f"q, q + 16, {parameters}&{solver.prefix}_default_search, result, &found"
+    dof = kernels.robot.dof
+    call = f"static {solver.prefix}_found found; (void){solver.function}({arguments})"
+    entry = TableEntry(solver.function, "", call, 16 + dof, dof, kernel.beyond)
+    examples = _examples(reachable_poses(kernels.robot, starts=True), real)
+    files = _write(folder, [kernel], _with_nothing(folder, entry, solver.prototype, solver.header), examples)
+    return Measured((files[0], folder / solver.source, *files[1:], folder / "nothing.c"), 2, solver.function, 1)
+
+
+def _with_nothing(folder: Path, entry: TableEntry, prototype: str, header: str) -> list[TableEntry]:
+    """An entry, and one of the same type that does nothing, whose file is written."""
     declaration = prototype.replace(entry.name, NOTHING, 1)
-    nothing = replace(entry, name=NOTHING, declaration=declaration, call=entry.call.replace(entry.name, NOTHING, 1))
-    files = _write(folder, [kernel], [entry, nothing])
-    body = f'#include "{kernel.header}"\n\n{declaration};\n\n{declaration}\n{{\n}}\n'
+    result = "    return 0;\n" if declaration.startswith("int ") else ""
+    body = f'#include "{header}"\n\n{declaration};\n\n{declaration}\n{{\n{result}}}\n'
     (folder / "nothing.c").write_text(body, "utf-8")
-    return (*files, folder / "nothing.c")
+    nothing = replace(entry, name=NOTHING, declaration=declaration, call=entry.call.replace(entry.name, NOTHING, 1))
+    return [entry, nothing]
+
+
+def _examples(rows: Sequence[Sequence[float]], real: str) -> tuple[str, ...]:
+    return tuple(", ".join(Real(real).literal(Fraction(number)) for number in row) for row in rows)
 
 
 def build_program(
@@ -170,13 +229,16 @@ def printed(kernels: Kernels, real: str) -> Printed:
     return Printed(files, context.header, context.source, names, prototypes, beyond)
 
 
-def _write(folder: Path, prints: Sequence[Printed], entries: Sequence[TableEntry]) -> tuple[Path, ...]:
+def _write(
+    folder: Path, prints: Sequence[Printed], entries: Sequence[TableEntry], examples: tuple[str, ...] = ()
+) -> tuple[Path, ...]:
     texts = {name: text for each in prints for name, text in each.files.items()}
     table = Table(
         headers=tuple(each.header for each in prints),
         kernels=tuple(entries),
         joints=max([1, *(entry.joints for entry in entries)]),
         numbers=max(entry.numbers for entry in entries),
+        examples=examples,
     )
     texts["kernels.c"] = environment().get_template("boards/kernels.c.jinja").render(t=table)
     for name, text in texts.items():

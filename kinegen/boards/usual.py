@@ -13,6 +13,7 @@ from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.targets import find_target
 from kinegen.boards.toolchain import find_cross_compiler
 from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError
@@ -47,14 +48,15 @@ def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
     """
     target = find_target(USUAL_TARGET)
     store = Cache()
-    key = store.key("cost", sorted(emit_kernel(kernels, Real.FLOAT).items()), find_cross_compiler(target))
+    search = emit_numeric_inverse(kernels, Real.FLOAT) if kernels.numeric_inverse else {}
+    texts = sorted((emit_kernel(kernels, Real.FLOAT) | search).items())
+    key = store.key("cost", texts, find_cross_compiler(target))
     known = store.load(key)
     if known is not None:
         return tuple(_restored(entry) for entry in json.loads(known))
     costs = measure(kernels, Real.FLOAT, target)
-    chosen = tuple(
-        better([cost for cost in costs if cost.quantity == program.quantity]) for program in kernels.programs
-    )
+    quantities = dict.fromkeys(cost.quantity for cost in costs)
+    chosen = tuple(better([cost for cost in costs if cost.quantity == quantity]) for quantity in quantities)
     if all(cost.calls is not None for cost in chosen):
         store.save(key, json.dumps([cost.record() for cost in chosen]).encode())
     return chosen
@@ -64,6 +66,6 @@ def _restored(entry: dict[str, Any]) -> Cost:
     records = {
         "quantity": parse_quantity(entry["quantity"]),
         "calls": Calls(**entry["calls"]),
-        "operations": Count(**entry["operations"]),
+        "operations": Count(**entry["operations"]) if entry["operations"] else None,
     }
     return Cost(**{**entry, **records})

@@ -105,7 +105,7 @@ def _table(costs: list[Cost]) -> list[str]:
                 str(cost.stack),
                 str(cost.calls or "-"),
                 "better" if cost is better(rivals) else "",
-                str(cost.operations) if first else "",
+                str(cost.operations or "-") if first else "",
             )
         )
     lines = columns(rows, left=frozenset({0, 1, 2, 7, 8}))

@@ -57,8 +57,8 @@ def test_the_count_is_that_of_the_listing(tmp_path: Path) -> None:
     """No branch but calls and returns, so every instruction of the listing runs once; the pair once for each angle."""
     require(M4F)
     single = kernels("puma560", Quantity.POSE)
-    files = write_measured(tmp_path, single, Real.FLOAT)
-    build_program(M4F, tmp_path, files, SOURCES / "cost.c", Real.FLOAT, ("-Os",))
+    files = write_measured(tmp_path, single, Real.FLOAT).files
+    build_program(M4F, tmp_path, files, SOURCES / "cost.c", Real.FLOAT, ("-Os", "-DREPEATS=8"))
     listing = read_tool(("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(files[0].with_suffix(".o"))))
     pair, kernel = (
         listing.split(f"<{name}>:")[1].split("\n\n")[0] for name in ("puma560_f32_sincos", "puma560_f32_fk")

@@ -43,6 +43,10 @@ typedef struct {
 extern const board_kernel board_kernels[];
 extern const uint16_t board_kernel_count;
 
+/* Inputs of the first kernel, one set after the other, where random numbers will not do. */
+extern const real board_examples[];
+extern const uint16_t board_example_count;
+
 /* Room for the arguments of any kernel in the table. */
 extern real board_joints[];
 extern real board_numbers[];

@@ -5,7 +5,12 @@
  */
 #include "board.h"
 
-enum { INPUTS = 32, REPEATS = 8, SPIN = 10000, PAINTED = 1536 };
+#ifdef __AVR__
+enum { PAINTED = 1536 };
+#else
+enum { PAINTED = 6144 };
+#endif
+enum { INPUTS = 32, SPIN = 10000 }; /* REPEATS comes from the command line */
 #define PAINT 0xA5u
 
 static uint32_t state = 2463534242u;
@@ -83,6 +88,9 @@ int main(void)
     for (uint16_t input = 0; input < INPUTS; input++) {
         for (uint16_t joint = 0; joint < kernel->joints; joint++) {
             board_joints[joint] = angle();
+            if (board_example_count > 0) {
+                board_joints[joint] = board_examples[(input % board_example_count) * kernel->joints + joint];
+            }
         }
         const uint32_t taken = ticks(kernel);
         if (taken == UINT32_MAX) {

@@ -1,0 +1,42 @@
+"""Inputs for what cannot be measured with random numbers: poses that an arm can take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.robot.extent import joint_box
+from kinegen.robot.model import JointType, Robot
+
+COUNT = 16
+"""Examples of one kernel; small boards hold them in RAM."""
+
+NEAR = 0.1
+"""How far a search starts from a solution: radians, or this part of a stroke."""
+
+_INNER = 0.8
+
+
+def reachable_poses(robot: Robot, *, starts: bool) -> tuple[tuple[float, ...], ...]:
+    """Poses of the tip, each the numbers of a 4x4 matrix.
+
+    Args:
+        robot: The robot, which has one tip.
+        starts: Whether each is followed by the joint vector from which a search begins.
+
+    Returns:
+        `COUNT` rows. The joint vectors of the poses are random ones well within the limits.
+    """
+    box = np.array(joint_box(robot))
+    angles = np.array([variable.type is not JointType.PRISMATIC for variable in robot.variables])
+    box[angles] = np.clip(box[angles], -math.pi, math.pi)
+    middle, half = box.mean(axis=1), np.ptp(box, axis=1) / 2
+    generator = np.random.default_rng(1)
+    joints = middle + half * generator.uniform(-_INNER, _INNER, (COUNT, robot.dof))
+    poses: NDArray[np.float64] = reference.pose(robot, joints)[:, 0].reshape(COUNT, 16)
+    steps = NEAR * np.where(angles, 1, 2 * half) * generator.choice([-1, 1], joints.shape)
+    rows = np.concatenate([poses, np.clip(joints + steps, box[:, 0], box[:, 1])], axis=1) if starts else poses
+    return tuple(tuple(map(float, row)) for row in rows)
