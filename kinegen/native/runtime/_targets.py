@@ -48,6 +48,8 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
     small = array.dtype.kind == "f" and array.dtype.itemsize <= 4
     poses: Floats = array.astype(np.float32 if small else np.float64, copy=False)
     flat, lead = poses.reshape(-1, 16), poses.shape[:-2]
+    if not lead and is_pose(poses):
+        return poses
     for first in range(0, len(flat), _BLOCK):
         with np.errstate(all="ignore"):
             entries = np.ascontiguousarray(flat[first : first + _BLOCK].T)
