@@ -26,7 +26,7 @@ from kinegen.boards.toolchain import find_cross_compiler, missing
 from kinegen.build import lower_file
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import Quantity, parse_quantity
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "firmware.md"
@@ -39,13 +39,20 @@ EXAMPLE = "cortex-m4f"
 """The target on which every robot is measured, and the one that is measured again for a check."""
 
 
+OTHERS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "quaternion_wxyz", "inverse", "numeric_inverse")))
+"""The kernels of which the first robot shows the costs, on the targets of `SMALL`."""
+
+SMALL = ("cortex-m0", EXAMPLE)
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One kernel of the pose on one target."""
+    """One kernel on one target."""
 
     robot: str
     real: Real
     target: str
+    quantity: Quantity = Quantity.POSE
 
 
 def main(arguments: list[str]) -> int:
@@ -88,9 +95,9 @@ class Figures:
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             self._costs = dict(zip(wanted, pool.map(best, wanted), strict=True))
 
-    def __call__(self, robot: str, real: Real, target: str) -> Cost:
+    def __call__(self, robot: str, real: Real, target: str, quantity: Quantity = Quantity.POSE) -> Cost:
         """One of them."""
-        return self._costs[Case(robot, real, target)]
+        return self._costs[Case(robot, real, target, quantity)]
 
 
 def all_cases() -> list[Case]:
@@ -100,18 +107,20 @@ def all_cases() -> list[Case]:
         *(Case(robot, Real.FLOAT, target) for target in TARGETS for robot in ROBOTS),
         *(Case(ROBOTS[0], Real.DOUBLE, target.name) for target in TARGETS.values() if Real.DOUBLE in target.reals),
         *(Case(robot, Real.FLOAT, EXAMPLE) for robot in names),
+        *(Case(ROBOTS[0], Real.FLOAT, target, quantity) for target in SMALL for quantity in OTHERS),
     ]
 
 
 @cache
-def kernels(robot: str) -> Kernels:
-    """A robot with its pose."""
-    return lower_file(ROOT / "robots" / f"{robot}.yaml", (Quantity.POSE,))
+def kernels(robot: str, quantity: Quantity) -> Kernels:
+    """A robot with one quantity."""
+    return lower_file(ROOT / "robots" / f"{robot}.yaml", (quantity,))
 
 
 def best(case: Case) -> Cost:
     """The better of the optimisation levels."""
-    return better(measure(kernels(case.robot), case.real, TARGETS[case.target]))
+    costs = measure(kernels(case.robot, case.quantity), case.real, TARGETS[case.target])
+    return better([cost for cost in costs if cost.quantity == case.quantity])
 
 
 def measured_tables(figures: Figures) -> dict[str, str]:
@@ -129,6 +138,10 @@ def measured_tables(figures: Figures) -> dict[str, str]:
         "robots": table(
             ("robot", "flags", "instructions", "function", "flash", "stack", "operations"),
             [robot_row(figures, robot) for robot in robots],
+        ),
+        "kernels": table(
+            ("target", "kernel", "flags", "instructions", "function", "flash", "stack"),
+            [kernel_row(figures, target, quantity) for target in SMALL for quantity in OTHERS],
         ),
         "versions": f"Compilers: {versions()}.\n",
     }
@@ -170,6 +183,13 @@ def by_target(figures: Figures, show: Callable[[Cost], str]) -> str:
 def double_row(cost: Cost) -> tuple[str, ...]:
     """The figures of one target."""
     return cost.target, f"`{cost.optimisation}`", f"{cost.calls}", f"{cost.flash}", f"{cost.stack}"
+
+
+def kernel_row(figures: Figures, target: str, quantity: Quantity) -> tuple[str, ...]:
+    """The figures of one kernel."""
+    cost = figures(ROBOTS[0], Real.FLOAT, target, quantity)
+    sizes = (cost.function_flash, cost.flash, cost.stack)
+    return target, f"`{quantity}`", f"`{cost.optimisation}`", f"{cost.calls}", *(f"{size}" for size in sizes)
 
 
 def robot_row(figures: Figures, robot: str) -> tuple[str, ...]:
