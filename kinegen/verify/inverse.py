@@ -53,6 +53,7 @@ class Trial:
         rotation_error: The same for entries of the rotation; 0 where the arm is not solved for it.
         accepted: Accepted error of a rotation, and of a position relative to the reach.
         worst: Joint vector of the target with the largest error.
+        moved: Number of random targets beside singular poses whose joint vector rounding moved, see `SINGULAR`.
         special: For each kind of special target its name, how many there were, and how many have a solution.
     """
 
@@ -63,6 +64,7 @@ class Trial:
     rotation_error: float
     accepted: float
     worst: tuple[float, ...]
+    moved: int
     special: tuple[tuple[str, int, int], ...]
 
 
@@ -98,8 +100,9 @@ def counts_line(trial: Trial) -> str:
     """A trial in one sentence."""
     solved = ", ".join(f"{some:,} of {all_:,} {name}" for name, all_, some in trial.special)
     random = trial.poses - sum(all_ for _, all_, _ in trial.special)
+    moved = f" (rounding moved {trial.moved:,}, beside singular poses)" if trial.moved else ""
     return (
-        f"inverse: {random:,} random targets, each solved by the joint vector that it came from, "
+        f"inverse: {random:,} random targets, each solved by the joint vector that it came from{moved}, "
         f"{trial.solutions:,} solutions in all; solved besides {solved}; no target out of reach or with NaN is solved"
     )
 
@@ -121,8 +124,9 @@ class _Tester:
         solutions, valid = way.call((poses.astype(DTYPES[self.real]),))
         solved, joints = valid != 0, solutions.astype(np.float64)
         self._require_numbers(way.target, joints, solved)
+        moved = 0
         if self.real == "double":
-            self._require_origins(way.target, joints[:count], solved[:count], q)
+            moved = self._require_origins(way.target, joints[:count], solved[:count], q)
         position, rotation = self._errors(joints, solved, poses)
         found, ends = solved.any(axis=1), np.cumsum([count, *map(len, special.values())])
         return Trial(
@@ -133,6 +137,7 @@ class _Tester:
             rotation_error=float(rotation.max()),
             accepted=ACCEPTED[self.real],
             worst=tuple(map(float, points[np.maximum(position, rotation).argmax()])),
+            moved=moved,
             special=tuple(
                 (name, len(values), int(found[end - len(values) : end].sum()))
                 for (name, values), end in zip(special.items(), ends[1:], strict=True)
@@ -161,22 +166,27 @@ class _Tester:
         if (np.isnan(joints).any(axis=2) & solved).any():
             raise ProofError(f"{self.robot.name}: {target} {self.quantity} calls a solution valid that holds NaN")
 
-    def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> None:
-        """See that the joint vector of every target is among its solutions, but for whole turns."""
+    def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> int:
+        """See that the joint vector of every target is among its solutions, but for whole turns.
+
+        Returns:
+            How many of them are not, for the rounding of targets beside singular poses.
+        """
         apart = np.abs(joints - q[:, None])
         for axis in self.family.axes.joints:
             if axis.turns:
                 turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
                 apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
         nearest = np.where(solved, apart.max(axis=2), np.inf).min(axis=1)
-        missed = np.flatnonzero(nearest > SAME)
-        missed = missed[~solved[missed].any(axis=1) | ~self._are_singular(q[missed])]
+        far = np.flatnonzero(nearest > SAME)
+        missed = far[~solved[far].any(axis=1) | ~self._are_singular(q[far])]
         if len(missed):
             first = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
             raise ProofError(
                 f"{self.robot.name}: {target} {self.quantity} misses the joint vectors of {len(missed):,} of "
                 f"{len(q):,} targets, the first at q = ({first}); nothing was written"
             )
+        return len(far)
 
     def _are_singular(self, q: FloatArray) -> Truths:
         rows = 6 if self.family.aim is Aim.POSE else 3

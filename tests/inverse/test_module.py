@@ -154,3 +154,5 @@ def test_a_target_that_its_rounding_moves_far_is_no_miss(tmp_path: Path, monkeyp
     (trial,) = try_inverse(robot, write(tmp_path, robot=robot), INVERSE, "double")
 
     assert trial.position_error < 1e-9
+    assert 0 < trial.moved < 1000
+    assert f"came from (rounding moved {trial.moved:,}, beside singular poses), " in proof.counts_line(trial)
