@@ -74,7 +74,7 @@ def main() -> int:
     rows: list[Row] = []
     for row in chain(scalar(), batches(), successes(), searches(), against()):
         rows.append(row)
-        print(f"{row[0]:<76}{row[1]:>34}   asked {row[2]}", flush=True)
+        print(f"{row[0]:<84}{row[1]:>36}   asked {row[2]}", flush=True)
     RESULTS.parent.mkdir(exist_ok=True)
     RESULTS.write_text(json.dumps([dict(zip(("what", "found", "asked"), row)) for row in rows], indent=1) + "\n")
     return 0
