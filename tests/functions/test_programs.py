@@ -190,7 +190,7 @@ def test_manuals_say_what_functions_promise() -> None:
 
     assert "Square roots are correctly rounded; that of a negative number is NaN." in header
     assert "Arc tangents of two numbers are within 1.6 units in the last place; that of two zeros is 0" in header
-    assert "Costs 1 square roots, 1 arc tangents, 1 selections." in header
+    assert "Costs 1 square root, 1 arc tangent, 1 selection." in header
     assert "No bound is derived for functions with roots, arc tangents or selections." in header
     assert str(count(program)) == "0 mul + 0 add + 1 sqrt + 1 atan2 + 1 select"
 
