@@ -80,8 +80,9 @@ def joint_lines(robot: Robot) -> tuple[str, ...]:
 def parameter_lines(robot: Robot) -> tuple[str, ...]:
     """One line for each runtime parameter: name, unit, value in the file."""
     units = {Dimension.LENGTH: robot.units.length, Dimension.ANGLE: "rad", Dimension.NUMBER: "1"}
+    width = max((len(parameter.name) for parameter in robot.runtime_parameters), default=0)
     return tuple(
-        f"{parameter.name}  [{units[parameter.dimension]}]  {_decimal(parameter.value)}"
+        f"{parameter.name:<{width}}  {units[parameter.dimension]:<3}  {_decimal(parameter.value)}"
         for parameter in robot.runtime_parameters
     )
 
