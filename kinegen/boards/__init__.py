@@ -8,6 +8,7 @@ builds and proves kernels all the same.
     toolchain.py    commands that are there or whose package is named; compiling, linking
     programs.py     C programs of our own around emitted kernels
     emulator.py     runs them
-    cost.py         measures
+    examples.py     poses for kernels that random numbers say nothing of
+    cost.py         measures; figures.py holds what it finds, usual.py what a build says unasked
     sources/        start-up, layout, output and clock of the boards, and the programs' own C
 """
