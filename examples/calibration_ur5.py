@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.build import build
-from kinegen.results import BuildOptions
 from kinegen.emit.reals import Real
 from kinegen.outputs import Kind, Quantity
+from kinegen.results import BuildOptions
 
 try:
     from scipy.optimize import least_squares

@@ -127,10 +127,18 @@ static const float al5d_f32_pairs_expected[AL5D_F32_PAIRS][5] = {
     {6.28125F, -0.001935306F, 3.368091e-11F, 0.99999815F, -2.4962366e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float al5d_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float al5d_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double al5d_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < AL5D_VECTORS; vector++) {
-        const double *const q = al5d_vectors_q[vector];
         {
             double base_T_tool[16];
-            al5d_fk(q, base_T_tool);
+            al5d_fk(al5d_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double al5d_selftest(void)
         }
         {
             double base_T_frames[AL5D_FRAMES][16];
-            al5d_frames(q, base_T_frames);
+            al5d_frames(al5d_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double al5d_selftest(void)
         }
         {
             double base_p_tool[3];
-            al5d_position(q, base_p_tool);
+            al5d_position(al5d_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], al5d_position_expected[vector][entry]);

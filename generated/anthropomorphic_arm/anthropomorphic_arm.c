@@ -157,7 +157,8 @@ void anthropomorphic_arm_fk(const double q[restrict ANTHROPOMORPHIC_ARM_DOF], do
     base_T_tool[15] = 1.0;
 }
 
-void anthropomorphic_arm_frames(const double q[restrict ANTHROPOMORPHIC_ARM_DOF], double base_T_frames[restrict ANTHROPOMORPHIC_ARM_FRAMES][16])
+void anthropomorphic_arm_frames(const double q[restrict ANTHROPOMORPHIC_ARM_DOF],
+                                double base_T_frames[restrict ANTHROPOMORPHIC_ARM_FRAMES][16])
 {
     const double q23 = q[1] + q[2];
     double s1;

@@ -136,7 +136,8 @@ void anthropomorphic_arm_f32_fk(const float q[restrict ANTHROPOMORPHIC_ARM_DOF],
     base_T_tool[15] = 1.0F;
 }
 
-void anthropomorphic_arm_f32_frames(const float q[restrict ANTHROPOMORPHIC_ARM_DOF], float base_T_frames[restrict ANTHROPOMORPHIC_ARM_FRAMES][16])
+void anthropomorphic_arm_f32_frames(const float q[restrict ANTHROPOMORPHIC_ARM_DOF],
+                                    float base_T_frames[restrict ANTHROPOMORPHIC_ARM_FRAMES][16])
 {
     const float q23 = q[1] + q[2];
     float s1;

@@ -21,8 +21,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_ANTHROPOMORPHIC_ARM_F32_SINCOS(x, s, c),
- * defined where anthropomorphic_arm_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_ANTHROPOMORPHIC_ARM_F32_SINCOS(x, s, c), defined where anthropomorphic_arm_f32.c is compiled, takes the
+ * place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -64,7 +65,8 @@ void anthropomorphic_arm_f32_fk(const float q[ANTHROPOMORPHIC_ARM_DOF], float ba
  * q[0], q[1] and q[2] anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 1.8e-4 m, |py| <= 1.8e-4 m,
  * |pz| <= 1.8e-4 m, rotation entries <= 4.9e-4.
  */
-void anthropomorphic_arm_f32_frames(const float q[ANTHROPOMORPHIC_ARM_DOF], float base_T_frames[ANTHROPOMORPHIC_ARM_FRAMES][16]);
+void anthropomorphic_arm_f32_frames(const float q[ANTHROPOMORPHIC_ARM_DOF],
+                                    float base_T_frames[ANTHROPOMORPHIC_ARM_FRAMES][16]);
 
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector

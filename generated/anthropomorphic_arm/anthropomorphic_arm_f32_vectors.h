@@ -125,10 +125,18 @@ static const float anthropomorphic_arm_f32_pairs_expected[ANTHROPOMORPHIC_ARM_F3
     {4.9228516F, -0.97793436F, -1.9761401e-08F, 0.2089123F, -9.473239e-10F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float anthropomorphic_arm_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float anthropomorphic_arm_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -210,7 +210,8 @@ void anthropomorphic_wrist_fk(const double q[restrict ANTHROPOMORPHIC_WRIST_DOF]
     base_T_tool[15] = 1.0;
 }
 
-void anthropomorphic_wrist_frames(const double q[restrict ANTHROPOMORPHIC_WRIST_DOF], double base_T_frames[restrict ANTHROPOMORPHIC_WRIST_FRAMES][16])
+void anthropomorphic_wrist_frames(const double q[restrict ANTHROPOMORPHIC_WRIST_DOF],
+                                  double base_T_frames[restrict ANTHROPOMORPHIC_WRIST_FRAMES][16])
 {
     const double q23 = q[1] + q[2];
     double s1;

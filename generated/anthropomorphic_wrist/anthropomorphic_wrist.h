@@ -23,9 +23,10 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_ANTHROPOMORPHIC_WRIST_SINCOS(x, s, c),
- * defined where anthropomorphic_wrist.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_ANTHROPOMORPHIC_WRIST_SINCOS(x, s, c), defined where anthropomorphic_wrist.c is compiled, takes the place of
+ * the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -70,7 +71,8 @@ void anthropomorphic_wrist_fk(const double q[ANTHROPOMORPHIC_WRIST_DOF], double 
  * q[0], q[1], q[2], q[3], q[4] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * |px| <= 3.3e-12 m, |py| <= 3.3e-12 m, |pz| <= 3.3e-12 m, rotation entries <= 7.3e-12.
  */
-void anthropomorphic_wrist_frames(const double q[ANTHROPOMORPHIC_WRIST_DOF], double base_T_frames[ANTHROPOMORPHIC_WRIST_FRAMES][16]);
+void anthropomorphic_wrist_frames(const double q[ANTHROPOMORPHIC_WRIST_DOF],
+                                  double base_T_frames[ANTHROPOMORPHIC_WRIST_FRAMES][16]);
 
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector

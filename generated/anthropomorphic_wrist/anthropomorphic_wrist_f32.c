@@ -189,7 +189,8 @@ void anthropomorphic_wrist_f32_fk(const float q[restrict ANTHROPOMORPHIC_WRIST_D
     base_T_tool[15] = 1.0F;
 }
 
-void anthropomorphic_wrist_f32_frames(const float q[restrict ANTHROPOMORPHIC_WRIST_DOF], float base_T_frames[restrict ANTHROPOMORPHIC_WRIST_FRAMES][16])
+void anthropomorphic_wrist_f32_frames(const float q[restrict ANTHROPOMORPHIC_WRIST_DOF],
+                                      float base_T_frames[restrict ANTHROPOMORPHIC_WRIST_FRAMES][16])
 {
     const float q23 = q[1] + q[2];
     float s1;
@@ -407,7 +408,8 @@ void anthropomorphic_wrist_f32_frames(const float q[restrict ANTHROPOMORPHIC_WRI
     base_T_frames[6][15] = 1.0F;
 }
 
-void anthropomorphic_wrist_f32_position(const float q[restrict ANTHROPOMORPHIC_WRIST_DOF], float base_p_tool[restrict 3])
+void anthropomorphic_wrist_f32_position(const float q[restrict ANTHROPOMORPHIC_WRIST_DOF],
+                                        float base_p_tool[restrict 3])
 {
     const float q23 = q[1] + q[2];
     float s1;

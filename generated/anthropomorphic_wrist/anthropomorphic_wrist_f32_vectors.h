@@ -124,10 +124,18 @@ static const float anthropomorphic_wrist_f32_pairs_expected[ANTHROPOMORPHIC_WRIS
     {3.977539F, -0.7419314F, -9.344633e-09F, -0.67047584F, 2.801126e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float anthropomorphic_wrist_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float anthropomorphic_wrist_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

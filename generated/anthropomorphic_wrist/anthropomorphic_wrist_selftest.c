@@ -119,10 +119,9 @@ double anthropomorphic_wrist_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < ANTHROPOMORPHIC_WRIST_VECTORS; vector++) {
-        const double *const q = anthropomorphic_wrist_vectors_q[vector];
         {
             double base_T_tool[16];
-            anthropomorphic_wrist_fk(q, base_T_tool);
+            anthropomorphic_wrist_fk(anthropomorphic_wrist_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double anthropomorphic_wrist_selftest(void)
         }
         {
             double base_T_frames[ANTHROPOMORPHIC_WRIST_FRAMES][16];
-            anthropomorphic_wrist_frames(q, base_T_frames);
+            anthropomorphic_wrist_frames(anthropomorphic_wrist_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double anthropomorphic_wrist_selftest(void)
         }
         {
             double base_p_tool[3];
-            anthropomorphic_wrist_position(q, base_p_tool);
+            anthropomorphic_wrist_position(anthropomorphic_wrist_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], anthropomorphic_wrist_position_expected[vector][entry]);

@@ -124,10 +124,18 @@ static const double anthropomorphic_wrist_pairs_expected[ANTHROPOMORPHIC_WRIST_P
     {3.9775390625, -0.7419313881860325, 4.9795677208007677e-17, -0.6704758125572814, -1.8799534695706374e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double anthropomorphic_wrist_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double anthropomorphic_wrist_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: 0BSD
 """Array handling for the kernels of a robot: shapes, number types, strides, threads. It needs NumPy alone.
 
-A `Kernel` behaves like a generalised ufunc `(n)->(4,4)`: joint values of shape (..., n) give poses of shape
+A `Kernel` behaves like a generalised ufunc such as `(n)->(4,4)`: joint values of shape (..., n) give poses of shape
 (..., 4, 4). It calls C where the extension `_native` loads, and the NumPy form elsewhere; all packages share this file.
 
 Number types: float32 and float16 give float32; other floats, integers, truth values and lists give float64. A package
@@ -11,48 +11,42 @@ built for double alone rounds its results for float32; one built for float alone
 
 from __future__ import annotations
 
-import importlib
 import math
-import operator
-import os
-import struct
-import sys
-import threading
-import warnings
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Floats = NDArray[np.floating[Any]]
+from ._engines import Array, Compiled, Floats, Formula
+from ._threads import spread, workers_for
+
 Layout = Literal["4x4", "3x4", "joint_major"]
+Result = TypeVar("Result")
 
 _LAYOUTS = ("4x4", "3x4", "joint_major")
-_SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, joint values that go to C at once
-_ndarray, _empty = np.ndarray, np.empty
-_pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_pools.clear)  # a child has none of its parent's threads
+_SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, numbers that go to C at once
+_ndarray: Any = np.ndarray
+_empty: Any = np.empty
+_MISSING: Any = ...
 
 
-class Kernel:
-    """One output of a robot for any number of configurations.
+class Kernel(Generic[Result]):
+    """One output of a robot for any number of configurations; several results come as a tuple.
 
-    Its `backend` is "c" or "numpy", `variant` says which C; `dof` and `shape` describe one configuration.
+    Its `backend` is "c" or "numpy", `variant` says which C; `inputs`, `results`, `dof` and `shape` describe one
+    configuration.
 
     Args:
         name: Name of the output, and of this object in its module.
         module: Name of that module.
         symbol: Prefix of the C functions.
-        dof: Number of joint values.
-        shape: (4, 4), (tips, 4, 4), (3,) or (tips, 3).
+        inputs: What it is given, in order.
+        results: What it gives, in order.
         reals: Number types of the package: "float64", "float32" or both.
-        formula: NumPy form: joint values (dof, n), then the parameters if there are any, to the rows of the result (of
-            each matrix the upper 3x4 by rows), each an array of length n or a number.
+        formula: NumPy form: the numbers of each input (size, n), then the parameters if there are any, to the rows of
+            the results (of each matrix the upper 3x4 by rows), each an array of length n or a number.
         native: What `load_native` gave.
         params: The robot file's values of the runtime parameters, a named tuple; None where there are none.
         doc: Text for `help()`.
@@ -64,8 +58,8 @@ class Kernel:
         *,
         module: str,
         symbol: str,
-        dof: int,
-        shape: tuple[int, ...],
+        inputs: tuple[Array, ...],
+        results: tuple[Array, ...],
         reals: tuple[str, ...],
         formula: Callable[..., Sequence[Any]],
         native: Any = None,
@@ -73,81 +67,158 @@ class Kernel:
         doc: str = "",
     ) -> None:
         self.__name__, self.__module__, self.__doc__ = name, module, doc
-        self.dof, self.shape, self._params = dof, shape, params
+        self.inputs, self.results, self._params = inputs, results, params
+        self.dof = inputs[0].size
+        self.shape = results[0].shape if len(results) == 1 else tuple(result.shape for result in results)
+        self._first, self._rank = results[0].shape, len(inputs[0].shape)
         self._reals = tuple(np.dtype(real) for real in reals)
-        self._engine = _Formula(formula) if native is None else _Compiled(native, symbol, name, self._reals)
+        self._engine = (
+            Formula(formula, results) if native is None else Compiled(native, symbol, name, self._reals, results)
+        )
         self.backend, self.variant = self._engine.name, self._engine.variant
-        self._direct = self._engine.direct(params)
+        is_simple = len(inputs) == len(results) == self._rank == 1
+        self._direct = self._engine.direct(params) if is_simple else None
 
     def __call__(
-        self, q: ArrayLike, *, params: Any = None, out: Floats | None = None, threads: int = 1, layout: Layout = "4x4"
-    ) -> Floats:
+        self,
+        q: Any = _MISSING,
+        *others: ArrayLike,
+        params: Any = None,
+        out: Any = None,
+        threads: int = 1,
+        layout: Layout = "4x4",
+    ) -> Result:
         """Evaluate one configuration or a batch.
 
         Args:
-            q: Joint values, shape (..., dof); for the layout "joint_major" (dof, N).
+            q: The first input, of shape (..., *its shape), such as joint values (..., dof); for the layout
+                "joint_major" (numbers, N).
+            others: The other inputs, if there are any, in order. Leading axes broadcast.
             params: Values of the runtime parameters; by default those of the robot file.
-            out: Array for the result, of its exact shape and type, sharing no memory with `q`.
+            out: Array for the result, of its exact shape and type, sharing no memory with the inputs; a tuple where
+                there are several results.
             threads: Number of threads that share a batch; 0 for all cores.
-            layout: "4x4": (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row for each
-                entry of the 3x4 matrix.
+            layout: "4x4": matrices (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row
+                for each entry of the 3x4 matrix, and likewise for what is no matrix.
 
         Returns:
             The result; `out` where it was given.
         """
-        # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain.
-        direct = self._direct if params is None else self._engine.direct(self._named(params))
-        if direct is not None and type(q) is _ndarray and threads == 1 and layout == "4x4":
+        # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain. What
+        # takes and gives a single array has this way to itself, since every look-up counts here.
+        direct = self._direct if params is None else self._direct and self._engine.direct(self._named(params))
+        result: Result
+        if direct is not None and type(q) is _ndarray and threads == 1 and layout == "4x4" and not others:
             if out is None and q.size < _SMALL:
-                result: Floats = _empty(self.shape if q.ndim == 1 else q.shape[:-1] + self.shape, q.dtype)
+                result = _empty(self._first if q.ndim == 1 else q.shape[:-1] + self._first, q.dtype)
                 if direct(id(q), id(result), 0):
                     return result
             elif type(out) is _ndarray and direct(id(q), id(out), 0):
-                return out
-        return self._evaluate(q, self._named(params), out, threads, layout)
+                result = out
+                return result
+        inputs = others if q is _MISSING else (q, *others)
+        named = self._named(params)
+        if self._direct is None and threads == 1 and layout == "4x4":
+            result = self._at_once(inputs, named, out)
+            if result is not None:
+                return result
+        result = self._evaluate(inputs, named, out, threads, layout)
+        return result
 
-    def bind(self, q: Floats, out: Floats, *, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
-        """Look everything up once: each call of the result reads `q` anew and writes `out`, and keeps both alive.
+    def bind(self, *arrays: Floats, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
+        """Look everything up once: each call of the result reads the inputs anew and writes the results.
 
         Args:
-            q: Joint values as for a call, an array of a type that the package was built for.
-            out: Array for the result.
+            arrays: The inputs and then the results, arrays of a type that the package was built for; they stay alive
+                as long as what is returned.
             params: As for a call.
             layout: As for a call.
 
         Returns:
             A function without arguments; for one contiguous configuration it is the C function itself.
         """
-        if self._input(q, layout).dtype not in self._reals or not isinstance(q, np.ndarray):
-            raise TypeError(f"{self.__name__}: bind needs q as an array of {' or '.join(map(str, self._reals))}")
-        self._checked(out, self._result_shape(q, layout), q.dtype, q)
-        plain = all(array.flags.c_contiguous and array.flags.aligned for array in (q, out))
-        if isinstance(self._engine, _Compiled) and plain and q.ndim == 1 and layout == "4x4":
-            return self._engine.bind(q, out, self._named(params))
-        return partial(self, q, params=params, out=out, layout=layout)
+        if len(arrays) != len(self.inputs) + len(self.results):
+            names = ", ".join(array.name for array in (*self.inputs, *self.results))
+            count = len(self.inputs) + len(self.results)
+            raise TypeError(f"{self.__name__}: bind takes {count} arrays ({names}), {len(arrays)} given")
+        inputs: tuple[Any, ...] = arrays[: len(self.inputs)]
+        results = arrays[len(self.inputs) :]
+        real = self._checked_input(self.inputs[0], inputs[0], layout).dtype
+        found: tuple[Any, ...] = inputs
+        for given, array in zip(self.inputs, found, strict=True):
+            if not isinstance(array, np.ndarray) or array.dtype not in self._reals or array.dtype != real:
+                kinds = " or ".join(map(str, self._reals))
+                raise TypeError(f"{self.__name__}: bind needs {given.name} as an array of {kinds}")
+        lead = self._lead([self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs)], layout)
+        self._checked_results(results, lead, real, inputs, layout)
+        plain = all(array.flags.c_contiguous and array.flags.aligned for array in arrays)
+        if isinstance(self._engine, Compiled) and plain and not lead and layout == "4x4":
+            return self._engine.bind(arrays, self._named(params))
+        return partial(self, *inputs, params=params, out=self._given(results), layout=layout)
 
     def __reduce__(self) -> str:
         return self.__name__  # pickled by reference, as functions are
 
     def __repr__(self) -> str:
         backend = f"{self.backend} ({self.variant})" if self.variant else self.backend
-        return f"<{self.__module__}.{self.__name__}: {self.dof} joint values to {self.shape}, backend {backend}>"
+        given = ", ".join(f"{array.name} {array.shape}" for array in self.inputs)
+        return f"<{self.__module__}.{self.__name__}: {given} to {self.shape}, backend {backend}>"
 
-    def _evaluate(self, q: ArrayLike, params: Any, out: Floats | None, threads: int, layout: str) -> Floats:
-        array, workers = self._input(q, layout), _workers(threads)
-        shape, dtype = self._result_shape(array, layout), self._result_type(array.dtype)
-        out = np.empty(shape, dtype) if out is None else self._checked(out, shape, dtype, array)
+    def _at_once(self, inputs: tuple[Any, ...], params: Any, out: Any) -> Any:
+        """The results of one C call for several inputs or results; None where there is none, or where it declines."""
+        direct = self._engine.direct(params)
+        if direct is None or len(inputs) != len(self.inputs):
+            return None
+        if out is None:
+            first = inputs[0]
+            if type(first) is not _ndarray or first.size >= _SMALL:
+                return None
+            lead = first.shape[: max(0, first.ndim - self._rank)]
+            results = tuple(_empty(lead + each.shape, first.dtype) for each in self.results)
+        else:
+            results = (out,) if len(self.results) == 1 else out
+            if type(results) is not tuple or len(results) != len(self.results):
+                return None
+        arrays = (*inputs, *results)
+        if {*map(type, arrays)} != {_ndarray}:
+            return None
+        if not direct(*map(id, arrays), 0):
+            return None
+        return self._given(results) if out is None else out
+
+    def _given(self, results: tuple[Floats, ...]) -> Any:
+        return results[0] if len(results) == 1 else tuple(results)
+
+    def _evaluate(self, inputs: tuple[ArrayLike, ...], params: Any, out: Any, threads: int, layout: str) -> Any:
+        if len(inputs) != len(self.inputs):
+            names = ", ".join(array.name for array in self.inputs)
+            number = f"{len(self.inputs)} array{'s' if len(self.inputs) > 1 else ''}"
+            raise TypeError(f"{self.__name__} takes {number} ({names}), {len(inputs)} given")
+        if layout not in _LAYOUTS or (layout == "3x4" and not any(each.is_pose for each in self.results)):
+            known = _LAYOUTS if any(each.is_pose for each in self.results) else _LAYOUTS[::2]
+            raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {known})")
+        arrays = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs, strict=True)]
+        workers, lead = workers_for(threads), self._lead(arrays, layout)
+        dtype = self._result_type(arrays)
+        if out is None:
+            shapes = [self._full_shape(each, lead, layout) for each in self.results]
+            results = tuple(np.empty(shape, dtype) for shape in shapes)
+        else:
+            results = (out,) if len(self.results) == 1 else out
+            self._checked_results(results, lead, dtype, arrays, layout)
+        major = layout == "joint_major"
         # From here on the poses are the leading axes, in the joint-major layout too.
-        points, target = (array.T, out.T) if layout == "joint_major" else (array, out)
-        count = math.prod(points.shape[:-1])
+        whole = [self._stretched(*pair, lead, layout) for pair in zip(self.inputs, arrays, strict=True)]
+        whole = [array.T for array in (*whole, *results)] if major else [*whole, *results]
+        count = math.prod(lead)
         if count:
             # Equal blocks, a multiple of the workers: memory stays flat, and Ctrl-C gets through in between.
             workers = min(workers, -(-count // _SHARE))
             blocks = workers * -(-count // (self._engine.block * workers))
             real = dtype if dtype in self._reals else self._reals[0]
             fill = partial(self._engine.fill, params, real, _LAYOUTS.index(layout))
-            _spread(fill, _blocks(points, target, -(-count // blocks)), workers)
-        return out
+            spread(fill, _blocks(whole, len(lead), -(-count // blocks)), workers)
+        return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
         if params is not None and type(params) is not type(self._params):
@@ -155,152 +226,74 @@ class Kernel:
             raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
         return self._params if params is None else params
 
-    def _input(self, q: ArrayLike, layout: str) -> NDArray[Any]:
-        array = np.asarray(q)
-        if array.dtype.kind not in "fiub" or isinstance(q, np.ma.MaskedArray):
-            raise TypeError(f"{self.__name__}: q is a {type(q).__name__} of {array.dtype}, expected plain real numbers")
-        joint_major = layout == "joint_major"
-        if array.shape[-1:] != (self.dof,) if not joint_major else array.ndim != 2 or array.shape[0] != self.dof:
-            expected = f"({self.dof}, N)" if joint_major else f"(..., {self.dof})"
-            raise ValueError(f"{self.__name__}: q has shape {array.shape}, expected {expected}")
+    def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiub" or isinstance(values, np.ma.MaskedArray):
+            found = f"{type(values).__name__} of {array.dtype}"
+            raise TypeError(f"{self.__name__}: {given.name} is a {found}, expected plain real numbers")
+        inner = given.laid_out(layout)
+        if layout == "joint_major":
+            if array.ndim != 2 or array.shape[:1] != inner:
+                expected = f"({given.size}, N)"
+                raise ValueError(f"{self.__name__}: {given.name} has shape {array.shape}, expected {expected}")
+        elif array.shape[max(0, array.ndim - len(inner)) :] != inner:
+            expected = f"(..., {', '.join(map(str, inner))})"
+            raise ValueError(f"{self.__name__}: {given.name} has shape {array.shape}, expected {expected}")
         return array
 
-    def _result_type(self, dtype: np.dtype[Any]) -> np.dtype[Any]:
-        single = np.dtype(np.float32)
-        return single if self._reals == (single,) or (dtype.kind == "f" and dtype.itemsize <= 4) else np.dtype(float)
-
-    def _result_shape(self, q: NDArray[Any], layout: str) -> tuple[int, ...]:
-        poses = self.shape[-2:] == (4, 4)
+    def _lead(self, arrays: Sequence[NDArray[Any]], layout: str) -> tuple[int, ...]:
+        """The axes of the batch, to which those of all inputs broadcast."""
         if layout == "joint_major":
-            return (math.prod(self.shape) * 3 // 4 if poses else math.prod(self.shape), q.shape[1])
-        if layout == "4x4":
-            return q.shape[:-1] + self.shape
-        if layout == "3x4" and poses:
-            return (*q.shape[:-1], *self.shape[:-2], 3, 4)
-        raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {_LAYOUTS if poses else _LAYOUTS[::2]})")
+            leads = [array.shape[1:] for array in arrays]
+        else:
+            ranks = [len(given.laid_out(layout)) for given in self.inputs]
+            leads = [array.shape[: array.ndim - rank] for array, rank in zip(arrays, ranks, strict=True)]
+        if len(set(leads)) == 1:
+            return leads[0]
+        try:
+            return np.broadcast_shapes(*leads)
+        except ValueError:
+            shapes = ", ".join(f"{given.name} {array.shape}" for given, array in zip(self.inputs, arrays, strict=True))
+            raise ValueError(f"{self.__name__}: the shapes of {shapes} do not fit together") from None
 
-    def _checked(self, out: Floats, shape: tuple[int, ...], dtype: np.dtype[Any], q: NDArray[Any]) -> Floats:
-        if isinstance(out, np.ma.MaskedArray) or not isinstance(out, np.ndarray):
-            raise TypeError(f"{self.__name__}: out is a {type(out).__name__}, expected a plain NumPy array")
-        if out.shape != shape:
-            raise ValueError(f"{self.__name__}: out has shape {out.shape}, expected {shape} for q of shape {q.shape}")
-        if out.dtype != dtype:
-            raise TypeError(f"{self.__name__}: out is of type {out.dtype}, expected {dtype}")
-        if not out.flags.writeable:
-            raise ValueError(f"{self.__name__}: out is read-only")
-        if _overlap(q, out):
-            raise ValueError(f"{self.__name__}: out shares memory with q")
-        return out
+    def _stretched(self, given: Array, array: NDArray[Any], lead: tuple[int, ...], layout: str) -> NDArray[Any]:
+        shape = self._full_shape(given, lead, layout)
+        return array if array.shape == shape else np.broadcast_to(array, shape)
 
+    def _full_shape(self, array: Array, lead: tuple[int, ...], layout: str) -> tuple[int, ...]:
+        inner = array.laid_out(layout)
+        return (*inner, *lead) if layout == "joint_major" else (*lead, *inner)
 
-class _Compiled:
-    """Calls the extension. Its `..._arrays` take the addresses of array objects and return 0 for what they decline."""
+    def _result_type(self, arrays: Sequence[NDArray[Any]]) -> np.dtype[Any]:
+        single = np.dtype(np.float32)
+        small = all(array.dtype.kind == "f" and array.dtype.itemsize <= 4 for array in arrays)
+        return single if self._reals == (single,) or small else np.dtype(float)
 
-    name, block = "c", 1 << 15
-
-    def __init__(self, native: Any, symbol: str, name: str, reals: Sequence[np.dtype[Any]]) -> None:
-        self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
-        self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
-        prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
-        self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
-        self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
-        self._latest: tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]] = (None, {}, self._arrays)
-
-    def _prepared(self, params: Any) -> tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]]:
-        """The parameters, their C structs, and the function with these filled in; remembered for the next call."""
-        latest = self._latest
-        if latest[0] is not params:
-            structs = {real: self._ffi.new(struct, list(params)) for real, struct in self._structs.items()}
-            self._latest = latest = (params, structs, partial(self._arrays, *structs.values()))
-        return latest
-
-    def direct(self, params: Any) -> Callable[..., int]:
-        return self._prepared(params)[2]
-
-    def bind(self, q: Floats, out: Floats, params: Any) -> Callable[[], object]:
-        items = "double[]" if q.dtype == np.float64 else "float[]"
-        structs = self._prepared(params)[1]
-        arrays = self._ffi.from_buffer(items, q), self._ffi.from_buffer(items, out)
-        return partial(self._pointers[q.dtype], *((structs[q.dtype],) if structs else ()), *arrays)
-
-    def fill(self, params: Any, real: np.dtype[Any], code: int, q: NDArray[Any], out: Floats) -> None:
-        call = self.direct(params)
-        if not call(id(q), id(out), code):
-            # Another type or stride: through copies of this block.
-            points = np.array(q, real, order="C")
-            buffer = np.empty(out.shape[::-1], real).T if code == 2 else np.empty(out.shape, real)
-            if not call(id(points), id(buffer), code):
-                raise RuntimeError(f"the compiled kernel declined shapes {q.shape} and {out.shape}")
-            out[...] = buffer
-
-
-class _Formula:
-    """Calls the NumPy form."""
-
-    name, variant, block = "numpy", "", 1 << 12
-
-    def __init__(self, formula: Callable[..., Sequence[Any]]) -> None:
-        self._formula = formula
-
-    def direct(self, params: Any) -> None:
-        """There is no short cut."""
-
-    def fill(self, params: Any, real: np.dtype[Any], code: int, q: NDArray[Any], out: Floats) -> None:
-        lead, tail = q.shape[:-1], out.shape[q.ndim - 1 :]
-        poses = code == 0 and tail[-2:] == (4, 4)
-        points = np.ascontiguousarray(q.reshape(math.prod(lead), q.shape[-1]).T, real)
-        rows = self._formula(points, *(() if params is None else (params,)))
-        for place, row in zip(np.ndindex(*tail[:-2], *((3, 4) if poses else tail[-2:])), rows, strict=True):
-            out[(..., *place)] = np.reshape(row, lead if np.ndim(row) else ())
-        if poses:
-            out[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
-
-
-def load_native(stamp: str) -> Any:
-    """Load the extension that lies beside this file.
-
-    A portable one serves the processor as well as it can; the environment may name a variant as KINEGEN_VARIANT.
-
-    Args:
-        stamp: Digest of the C sources that belong to the package.
-
-    Returns:
-        The cffi module, or None where there is none; one that exists but does not serve is named in a warning.
-    """
-    path = Path(__file__).with_name("_native.abi3.so")
-    if not path.exists():
-        return None
-    try:
-        return _load(path, stamp)
-    except (ImportError, OSError, AttributeError) as error:
-        reason = str(error).partition("\n")[0]
-        warnings.warn(f"{path.parent.name}: {path.name} is not used, NumPy is: {reason}", RuntimeWarning, stacklevel=2)
-        return None
-
-
-def _load(path: Path, stamp: str) -> Any:
-    # A 64-bit ELF file ends where its header says; the loader would crash on a shorter one.
-    with path.open("rb") as file:
-        sections, size, count = struct.unpack("<40xQ10xHH2x", (header := file.read(64)).ljust(64))
-    if header[:6] == b"\x7fELF\x02\x01" and sections + size * count > path.stat().st_size:
-        raise ImportError("the file is cut short")
-    # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
-    if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
-        raise ImportError("it serves CPython with NumPy 1 or 2")
-    native = importlib.import_module(f"{__package__}._native")
-    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
-        raise ImportError("it was built from other sources")
-    if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
-        which = f"it has no variant {wanted!r} that this processor can run"
-        raise ImportError(which if wanted else "it was built for a processor with more instructions")
-    return native
-
-
-def _workers(threads: int) -> int:
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if operator.index(threads) < 0:
-        raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
-    return min(threads or cores, 4 * cores)
+    def _checked_results(
+        self, results: Any, lead: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[NDArray[Any]], layout: str
+    ) -> None:
+        if not isinstance(results, tuple) or len(results) != len(self.results):
+            names = ", ".join(each.name for each in self.results)
+            raise TypeError(f"{self.__name__}: out must be a tuple of arrays for {names}")
+        for place, (each, out) in enumerate(zip(self.results, results, strict=True)):
+            label = "out" if len(results) == 1 else f"out for {each.name}"
+            if isinstance(out, np.ma.MaskedArray) or not isinstance(out, np.ndarray):
+                raise TypeError(f"{self.__name__}: {label} is a {type(out).__name__}, expected a plain NumPy array")
+            shape = self._full_shape(each, lead, layout)
+            if out.shape != shape:
+                given = ", ".join(f"{a.name} of shape {array.shape}" for a, array in zip(self.inputs, inputs))
+                raise ValueError(f"{self.__name__}: {label} has shape {out.shape}, expected {shape} for {given}")
+            if out.dtype != dtype:
+                raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
+            if not out.flags.writeable:
+                raise ValueError(f"{self.__name__}: {label} is read-only")
+            others = [
+                *zip((given.name for given in self.inputs), inputs),
+                *((e.name, r) for e, r in zip(self.results[:place], results)),
+            ]
+            for name, other in others:
+                if _overlap(other, out):
+                    raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
@@ -311,41 +304,16 @@ def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
         return True
 
 
-def _blocks(q: NDArray[Any], out: Floats, limit: int) -> Generator[tuple[NDArray[Any], Floats]]:
-    """Cut a batch along its leading axes into blocks of at most `limit` poses."""
-    inner = math.prod(q.shape[1:-1])
-    if q.ndim == 1:
-        yield q, out
+def _blocks(arrays: Sequence[NDArray[Any]], lead: int, limit: int) -> Generator[tuple[int, list[NDArray[Any]]]]:
+    """Cut a batch along its `lead` leading axes into blocks of at most `limit` poses."""
+    first = arrays[0]
+    inner = math.prod(first.shape[1:lead])
+    if lead == 0:
+        yield lead, list(arrays)
     elif inner > limit:
-        for part, target in zip(q, out):
-            yield from _blocks(part, target, limit)
+        for parts in zip(*arrays, strict=True):
+            yield from _blocks(parts, lead - 1, limit)
     else:
         step = limit // inner
-        for start in range(0, len(q), step):
-            yield q[start : start + step], out[start : start + step]
-
-
-def _spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
-    """Work through the blocks, without NumPy's warnings, the caller together with helpers from the pool."""
-    lock = threading.Lock()
-    pool = _pools.get("") or _pools.setdefault("", ThreadPoolExecutor(os.cpu_count(), "kinegen"))
-
-    def drain() -> None:
-        while True:
-            with lock:
-                block = next(blocks, None)
-            if block is None:
-                return
-            with np.errstate(all="ignore"):
-                work(*block)
-
-    helpers: list[Future[None]] = []
-    try:
-        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
-        drain()
-    finally:
-        with lock:
-            blocks.close()
-        for helper in helpers:
-            if not helper.cancel():
-                helper.result()
+        for start in range(0, len(first), step):
+            yield lead, [array[start : start + step] for array in arrays]

@@ -16,6 +16,8 @@
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
+/* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
+enum { SHORT_TILE = 8 };
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
 static inline void store_matrices(const double (*restrict t)[TILE], int frames, int count, double *restrict out,
@@ -38,8 +40,8 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -67,15 +69,53 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-void blocks_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
+static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
+    ptrdiff_t out_stride, int last_rows)
 {
-    double t[12][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
+    const int size = (last_rows != 0) ? 16 : 12;
+    for (int i = 0; i < count; i++) {
+        for (int frame = 0; frame < frames; frame++) {
+            double *const to = out + i * out_stride + frame * size;
+            for (int entry = 0; entry < 12; entry++) {
+                to[entry] = t[frame * 12 + entry][i];
+            }
+            if (last_rows != 0) {
+                to[12] = 0;
+                to[13] = 0;
+                to[14] = 0;
+                to[15] = 1;
+            }
+        }
+    }
+}
 
+/* Writes one row of the result after the other. */
+static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        double *const to = out + row * out_stride;
+        if (count == SHORT_TILE) {
+            for (int i = 0; i < SHORT_TILE; i++) {
+                to[i] = t[row][i];
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+void blocks_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
+{
     (void)q;
     (void)q_pose;
     (void)q_joint;
+    double t[12][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.0;
         t[1][i] = 1.0;
@@ -95,25 +135,24 @@ void blocks_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_jo
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-void blocks_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void blocks_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    double t[48][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
-
     (void)q;
     (void)q_pose;
     (void)q_joint;
-    for (int i = 0; i < TILE; i++) {
+    double t[48][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    for (int i = 0; i < SHORT_TILE; i++) {
         t[0][i] = 0.0;
         t[1][i] = 0.0;
         t[2][i] = 1.0;
@@ -163,29 +202,28 @@ void blocks_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t 
         t[46][i] = 1.0;
         t[47][i] = 6.0;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
         const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 48, count, out + first, out_stride);
+            store_rows_short(results, 48, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 0);
+            store_matrices_short(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 1);
+            store_matrices_short(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-void blocks_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void blocks_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    double t[3][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
-
     (void)q;
     (void)q_pose;
     (void)q_joint;
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 7.0;
         t[1][i] = -8.0;
@@ -196,9 +234,9 @@ void blocks_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

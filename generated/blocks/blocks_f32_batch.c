@@ -38,8 +38,8 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -67,15 +67,14 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-void blocks_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void blocks_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
 {
-    float t[12][TILE];
-    const float (*const results)[TILE] = (const float (*)[TILE])t;
-
     (void)q;
     (void)q_pose;
     (void)q_joint;
+    float t[12][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.0F;
         t[1][i] = 1.0F;
@@ -95,24 +94,23 @@ void blocks_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-void blocks_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void blocks_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    float t[48][TILE];
-    const float (*const results)[TILE] = (const float (*)[TILE])t;
-
     (void)q;
     (void)q_pose;
     (void)q_joint;
+    float t[48][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.0F;
         t[1][i] = 0.0F;
@@ -168,24 +166,23 @@ void blocks_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 48, count, out + first, out_stride);
+            store_rows(results, 48, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-void blocks_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void blocks_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    float t[3][TILE];
-    const float (*const results)[TILE] = (const float (*)[TILE])t;
-
     (void)q;
     (void)q_pose;
     (void)q_joint;
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 7.0F;
         t[1][i] = -8.0F;
@@ -196,9 +193,9 @@ void blocks_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdi
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

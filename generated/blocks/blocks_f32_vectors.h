@@ -32,7 +32,15 @@ static const float blocks_f32_position_expected[BLOCKS_F32_VECTORS][3] = {
     {7.0F, -8.0F, 6.0F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float blocks_f32_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

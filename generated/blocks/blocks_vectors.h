@@ -32,7 +32,15 @@ static const double blocks_position_expected[BLOCKS_VECTORS][3] = {
     {7.0, -8.0, 6.0}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double blocks_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

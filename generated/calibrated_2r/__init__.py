@@ -20,7 +20,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -67,14 +68,14 @@ class Params(NamedTuple):
     zero_2: float = 0.0019198621771937625
 
 
-_native = load_native("b45e861ac38d9fa9")
+_native = load_native("d534f753b4090ec9")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="calibrated_2r",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (2,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -86,12 +87,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="calibrated_2r",
-    dof=DOF,
-    shape=(3, 4, 4),
+    inputs=(Array("q", (2,)),),
+    results=(Array("base_T_frames", (3, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -103,12 +104,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="calibrated_2r",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (2,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,

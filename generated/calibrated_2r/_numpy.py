@@ -25,7 +25,7 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     """Pose of the tool in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (2, N).
         params: Runtime parameters.
 
     Returns:
@@ -95,7 +95,7 @@ def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     """Poses of all links and named frames in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (2, N).
         params: Runtime parameters.
 
     Returns:
@@ -197,7 +197,7 @@ def position(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     """Position of the tool's origin in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (2, N).
         params: Runtime parameters.
 
     Returns:

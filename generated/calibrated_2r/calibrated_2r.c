@@ -120,7 +120,8 @@ static void calibrated_2r_sincos(const double x, double *s, double *c)
 #define KINEGEN_CALIBRATED_2R_SINCOS(x, s, c) calibrated_2r_sincos((x), (s), (c))
 #endif
 
-void calibrated_2r_fk(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params, double base_T_tool[restrict 16])
+void calibrated_2r_fk(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
+                      double base_T_tool[restrict 16])
 {
     const double qu3 = q[1] + params->zero_2;
     double su1;
@@ -191,7 +192,8 @@ void calibrated_2r_fk(const double q[restrict CALIBRATED_2R_DOF], const calibrat
     base_T_tool[15] = 1.0;
 }
 
-void calibrated_2r_frames(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params, double base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
+void calibrated_2r_frames(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
+                          double base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
 {
     const double qu3 = q[1] + params->zero_2;
     double su1;
@@ -302,7 +304,8 @@ void calibrated_2r_frames(const double q[restrict CALIBRATED_2R_DOF], const cali
     base_T_frames[2][15] = 1.0;
 }
 
-void calibrated_2r_position(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params, double base_p_tool[restrict 3])
+void calibrated_2r_position(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
+                            double base_p_tool[restrict 3])
 {
     const double qu3 = q[1] + params->zero_2;
     double su1;

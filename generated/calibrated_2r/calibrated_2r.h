@@ -17,18 +17,19 @@
  *   q[1]  joint_2  revolute   rad  -2.61799 to 2.61799
  *
  * Runtime parameters, with the values of the file (calibrated_2r_default_params):
- *   L1  [m]  0.4002
- *   L2  [m]  0.2997
- *   tilt  [rad]  0.000523599
- *   skew  [rad]  -0.000349066
- *   zero_2  [rad]  0.00191986
+ *   L1      m    0.4002
+ *   L2      m    0.2997
+ *   tilt    rad  0.000523599
+ *   skew    rad  -0.000349066
+ *   zero_2  rad  0.00191986
  *
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_CALIBRATED_2R_SINCOS(x, s, c),
- * defined where calibrated_2r.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_CALIBRATED_2R_SINCOS(x, s, c),
+ * defined where calibrated_2r.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and
+ * c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -77,7 +78,8 @@ void calibrated_2r_fk(const double q[CALIBRATED_2R_DOF], const calibrated_2r_par
  * Costs 31 multiplications, 13 additions, 3 changes of sign, 4 sine-cosine pairs.
  * Proven error of any frame: |px| <= 4.8e-16 m, |py| <= 4.8e-16 m, |pz| <= 4.1e-17 m, rotation entries <= 1.1e-15.
  */
-void calibrated_2r_frames(const double q[CALIBRATED_2R_DOF], const calibrated_2r_params *params, double base_T_frames[CALIBRATED_2R_FRAMES][16]);
+void calibrated_2r_frames(const double q[CALIBRATED_2R_DOF], const calibrated_2r_params *params,
+                          double base_T_frames[CALIBRATED_2R_FRAMES][16]);
 
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
@@ -86,7 +88,8 @@ void calibrated_2r_frames(const double q[CALIBRATED_2R_DOF], const calibrated_2r
  * Costs 12 multiplications, 6 additions, 4 sine-cosine pairs.
  * Proven error: |px| <= 5.7e-16 m, |py| <= 5.7e-16 m, |pz| <= 5.7e-17 m.
  */
-void calibrated_2r_position(const double q[CALIBRATED_2R_DOF], const calibrated_2r_params *params, double base_p_tool[3]);
+void calibrated_2r_position(const double q[CALIBRATED_2R_DOF], const calibrated_2r_params *params,
+                            double base_p_tool[3]);
 
 #ifdef __cplusplus
 }

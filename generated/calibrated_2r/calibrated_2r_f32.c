@@ -99,7 +99,8 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 #define KINEGEN_CALIBRATED_2R_F32_SINCOS(x, s, c) calibrated_2r_f32_sincos((x), (s), (c))
 #endif
 
-void calibrated_2r_f32_fk(const float q[restrict CALIBRATED_2R_DOF], const calibrated_2r_f32_params *restrict params, float base_T_tool[restrict 16])
+void calibrated_2r_f32_fk(const float q[restrict CALIBRATED_2R_DOF], const calibrated_2r_f32_params *restrict params,
+                          float base_T_tool[restrict 16])
 {
     const float qu3 = q[1] + params->zero_2;
     float su1;
@@ -170,7 +171,9 @@ void calibrated_2r_f32_fk(const float q[restrict CALIBRATED_2R_DOF], const calib
     base_T_tool[15] = 1.0F;
 }
 
-void calibrated_2r_f32_frames(const float q[restrict CALIBRATED_2R_DOF], const calibrated_2r_f32_params *restrict params, float base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
+void calibrated_2r_f32_frames(const float q[restrict CALIBRATED_2R_DOF],
+                              const calibrated_2r_f32_params *restrict params,
+                              float base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
 {
     const float qu3 = q[1] + params->zero_2;
     float su1;
@@ -281,7 +284,8 @@ void calibrated_2r_f32_frames(const float q[restrict CALIBRATED_2R_DOF], const c
     base_T_frames[2][15] = 1.0F;
 }
 
-void calibrated_2r_f32_position(const float q[restrict CALIBRATED_2R_DOF], const calibrated_2r_f32_params *restrict params, float base_p_tool[restrict 3])
+void calibrated_2r_f32_position(const float q[restrict CALIBRATED_2R_DOF],
+                                const calibrated_2r_f32_params *restrict params, float base_p_tool[restrict 3])
 {
     const float qu3 = q[1] + params->zero_2;
     float su1;

@@ -17,18 +17,19 @@
  *   q[1]  joint_2  revolute   rad  -2.61799 to 2.61799
  *
  * Runtime parameters, with the values of the file (calibrated_2r_f32_default_params):
- *   L1  [m]  0.4002
- *   L2  [m]  0.2997
- *   tilt  [rad]  0.000523599
- *   skew  [rad]  -0.000349066
- *   zero_2  [rad]  0.00191986
+ *   L1      m    0.4002
+ *   L2      m    0.2997
+ *   tilt    rad  0.000523599
+ *   skew    rad  -0.000349066
+ *   zero_2  rad  0.00191986
  *
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_CALIBRATED_2R_F32_SINCOS(x, s, c),
- * defined where calibrated_2r_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_CALIBRATED_2R_F32_SINCOS(x, s, c), defined where calibrated_2r_f32.c is compiled, takes the place of the
+ * pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -68,7 +69,8 @@ extern const calibrated_2r_f32_params calibrated_2r_f32_default_params;
  * Costs 27 multiplications, 12 additions, 4 sine-cosine pairs.
  * Proven error: |px| <= 2.8e-7 m, |py| <= 2.8e-7 m, |pz| <= 3.3e-8 m, rotation entries <= 8.7e-7.
  */
-void calibrated_2r_f32_fk(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params, float base_T_tool[16]);
+void calibrated_2r_f32_fk(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params,
+                          float base_T_tool[16]);
 
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
@@ -77,7 +79,8 @@ void calibrated_2r_f32_fk(const float q[CALIBRATED_2R_DOF], const calibrated_2r_
  * Costs 31 multiplications, 13 additions, 3 changes of sign, 4 sine-cosine pairs.
  * Proven error of any frame: |px| <= 2.7e-7 m, |py| <= 2.7e-7 m, |pz| <= 2.3e-8 m, rotation entries <= 5.6e-7.
  */
-void calibrated_2r_f32_frames(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params, float base_T_frames[CALIBRATED_2R_FRAMES][16]);
+void calibrated_2r_f32_frames(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params,
+                              float base_T_frames[CALIBRATED_2R_FRAMES][16]);
 
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
@@ -86,7 +89,8 @@ void calibrated_2r_f32_frames(const float q[CALIBRATED_2R_DOF], const calibrated
  * Costs 12 multiplications, 6 additions, 4 sine-cosine pairs.
  * Proven error: |px| <= 3.2e-7 m, |py| <= 3.2e-7 m, |pz| <= 3.3e-8 m.
  */
-void calibrated_2r_f32_position(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params, float base_p_tool[3]);
+void calibrated_2r_f32_position(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params,
+                                float base_p_tool[3]);
 
 #ifdef __cplusplus
 }

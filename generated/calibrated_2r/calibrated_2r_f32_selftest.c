@@ -106,10 +106,9 @@ float calibrated_2r_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < CALIBRATED_2R_F32_VECTORS; vector++) {
-        const float *const q = calibrated_2r_f32_vectors_q[vector];
         {
             float base_T_tool[16];
-            calibrated_2r_f32_fk(q, &calibrated_2r_f32_default_params, base_T_tool);
+            calibrated_2r_f32_fk(calibrated_2r_f32_vectors_q[vector], &calibrated_2r_f32_default_params, base_T_tool);
             const float *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -119,7 +118,7 @@ float calibrated_2r_f32_selftest(void)
         }
         {
             float base_T_frames[CALIBRATED_2R_FRAMES][16];
-            calibrated_2r_f32_frames(q, &calibrated_2r_f32_default_params, base_T_frames);
+            calibrated_2r_f32_frames(calibrated_2r_f32_vectors_q[vector], &calibrated_2r_f32_default_params, base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 3; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -129,7 +128,7 @@ float calibrated_2r_f32_selftest(void)
         }
         {
             float base_p_tool[3];
-            calibrated_2r_f32_position(q, &calibrated_2r_f32_default_params, base_p_tool);
+            calibrated_2r_f32_position(calibrated_2r_f32_vectors_q[vector], &calibrated_2r_f32_default_params, base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], calibrated_2r_f32_position_expected[vector][entry]);

@@ -120,10 +120,18 @@ static const float calibrated_2r_f32_pairs_expected[CALIBRATED_2R_F32_PAIRS][5] 
     {2.961914F, 0.17871335F, -3.433165e-09F, -0.9839012F, 1.90088e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float calibrated_2r_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float calibrated_2r_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double calibrated_2r_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < CALIBRATED_2R_VECTORS; vector++) {
-        const double *const q = calibrated_2r_vectors_q[vector];
         {
             double base_T_tool[16];
-            calibrated_2r_fk(q, &calibrated_2r_default_params, base_T_tool);
+            calibrated_2r_fk(calibrated_2r_vectors_q[vector], &calibrated_2r_default_params, base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double calibrated_2r_selftest(void)
         }
         {
             double base_T_frames[CALIBRATED_2R_FRAMES][16];
-            calibrated_2r_frames(q, &calibrated_2r_default_params, base_T_frames);
+            calibrated_2r_frames(calibrated_2r_vectors_q[vector], &calibrated_2r_default_params, base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 3; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double calibrated_2r_selftest(void)
         }
         {
             double base_p_tool[3];
-            calibrated_2r_position(q, &calibrated_2r_default_params, base_p_tool);
+            calibrated_2r_position(calibrated_2r_vectors_q[vector], &calibrated_2r_default_params, base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], calibrated_2r_position_expected[vector][entry]);

@@ -120,10 +120,18 @@ static const double calibrated_2r_pairs_expected[CALIBRATED_2R_PAIRS][5] = {
     {2.9619140625, 0.17871334805494826, -6.918870316441256e-18, -0.98390118366988, 5.3184880282339546e-18}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double calibrated_2r_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double calibrated_2r_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -27,10 +27,9 @@ float cartesian_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < CARTESIAN_F32_VECTORS; vector++) {
-        const float *const q = cartesian_f32_vectors_q[vector];
         {
             float base_T_tool[16];
-            cartesian_f32_fk(q, base_T_tool);
+            cartesian_f32_fk(cartesian_f32_vectors_q[vector], base_T_tool);
             const float *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -40,7 +39,7 @@ float cartesian_f32_selftest(void)
         }
         {
             float base_T_frames[CARTESIAN_FRAMES][16];
-            cartesian_f32_frames(q, base_T_frames);
+            cartesian_f32_frames(cartesian_f32_vectors_q[vector], base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -50,7 +49,7 @@ float cartesian_f32_selftest(void)
         }
         {
             float base_p_tool[3];
-            cartesian_f32_position(q, base_p_tool);
+            cartesian_f32_position(cartesian_f32_vectors_q[vector], base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], cartesian_f32_position_expected[vector][entry]);

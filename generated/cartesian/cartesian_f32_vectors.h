@@ -97,7 +97,15 @@ static const float cartesian_f32_position_expected[CARTESIAN_F32_VECTORS][3] = {
     {-0.83203125F, -0.66503906F, -0.28515625F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float cartesian_f32_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

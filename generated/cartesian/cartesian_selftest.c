@@ -27,10 +27,9 @@ double cartesian_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < CARTESIAN_VECTORS; vector++) {
-        const double *const q = cartesian_vectors_q[vector];
         {
             double base_T_tool[16];
-            cartesian_fk(q, base_T_tool);
+            cartesian_fk(cartesian_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -40,7 +39,7 @@ double cartesian_selftest(void)
         }
         {
             double base_T_frames[CARTESIAN_FRAMES][16];
-            cartesian_frames(q, base_T_frames);
+            cartesian_frames(cartesian_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -50,7 +49,7 @@ double cartesian_selftest(void)
         }
         {
             double base_p_tool[3];
-            cartesian_position(q, base_p_tool);
+            cartesian_position(cartesian_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], cartesian_position_expected[vector][entry]);

@@ -97,7 +97,15 @@ static const double cartesian_position_expected[CARTESIAN_VECTORS][3] = {
     {-0.83203125, -0.6650390625, -0.28515625}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double cartesian_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -19,7 +19,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -57,14 +58,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("678687ec442e7697")
+_native = load_native("82b0d2861ede4f3d")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="cylindrical_arm",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -72,16 +73,16 @@ fk = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 3) gives (..., 4, 4); angles in rad, lengths in m.
-    2 multiplications, 2 changes of sign, 1 sine-cosine pairs for a configuration.
+    2 multiplications, 2 changes of sign, 1 sine-cosine pair for a configuration.
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="cylindrical_arm",
-    dof=DOF,
-    shape=(4, 4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_frames", (4, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -89,16 +90,16 @@ frames = Kernel(
     doc="""Poses of all links and named frames in the base frame.
 
     q of shape (..., 3) gives (..., 4, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    2 multiplications, 2 changes of sign, 1 sine-cosine pairs for a configuration.
+    2 multiplications, 2 changes of sign, 1 sine-cosine pair for a configuration.
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="cylindrical_arm",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
@@ -106,7 +107,7 @@ position = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 3) gives (..., 3); angles in rad, lengths in m.
-    2 multiplications, 1 changes of sign, 1 sine-cosine pairs for a configuration.
+    2 multiplications, 1 change of sign, 1 sine-cosine pair for a configuration.
     """,
 )
 

@@ -139,7 +139,8 @@ void cylindrical_arm_fk(const double q[restrict CYLINDRICAL_ARM_DOF], double bas
     base_T_tool[15] = 1.0;
 }
 
-void cylindrical_arm_frames(const double q[restrict CYLINDRICAL_ARM_DOF], double base_T_frames[restrict CYLINDRICAL_ARM_FRAMES][16])
+void cylindrical_arm_frames(const double q[restrict CYLINDRICAL_ARM_DOF],
+                            double base_T_frames[restrict CYLINDRICAL_ARM_FRAMES][16])
 {
     double s1;
     double c1;

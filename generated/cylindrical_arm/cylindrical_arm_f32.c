@@ -118,7 +118,8 @@ void cylindrical_arm_f32_fk(const float q[restrict CYLINDRICAL_ARM_DOF], float b
     base_T_tool[15] = 1.0F;
 }
 
-void cylindrical_arm_f32_frames(const float q[restrict CYLINDRICAL_ARM_DOF], float base_T_frames[restrict CYLINDRICAL_ARM_FRAMES][16])
+void cylindrical_arm_f32_frames(const float q[restrict CYLINDRICAL_ARM_DOF],
+                                float base_T_frames[restrict CYLINDRICAL_ARM_FRAMES][16])
 {
     float s1;
     float c1;

@@ -21,8 +21,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_CYLINDRICAL_ARM_F32_SINCOS(x, s, c),
- * defined where cylindrical_arm_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_CYLINDRICAL_ARM_F32_SINCOS(x, s, c), defined where cylindrical_arm_f32.c is compiled, takes the place of the
+ * pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -49,7 +50,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 2 multiplications, 2 changes of sign, 1 sine-cosine pairs.
+ * Costs 2 multiplications, 2 changes of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 1.2e-7 m, |py| <= 1.2e-7 m, |pz| <= 0 m, rotation entries <= 5.5e-8. The same for q[0]
  * anywhere up to 12000 rad.
  */
@@ -58,7 +59,7 @@ void cylindrical_arm_f32_fk(const float q[CYLINDRICAL_ARM_DOF], float base_T_too
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of CYLINDRICAL_ARM_FRAME_*
- * Costs 2 multiplications, 2 changes of sign, 1 sine-cosine pairs.
+ * Costs 2 multiplications, 2 changes of sign, 1 sine-cosine pair.
  * Proven error of any frame: |px| <= 1.2e-7 m, |py| <= 1.2e-7 m, |pz| <= 0 m, rotation entries <= 5.5e-8. The same for
  * q[0] anywhere up to 12000 rad.
  */
@@ -67,7 +68,7 @@ void cylindrical_arm_f32_frames(const float q[CYLINDRICAL_ARM_DOF], float base_T
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 2 multiplications, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 2 multiplications, 1 change of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 1.2e-7 m, |py| <= 1.2e-7 m, |pz| <= 0 m. The same for q[0] anywhere up to 12000 rad.
  */
 void cylindrical_arm_f32_position(const float q[CYLINDRICAL_ARM_DOF], float base_p_tool[3]);

@@ -119,10 +119,18 @@ static const double cylindrical_arm_pairs_expected[CYLINDRICAL_ARM_PAIRS][5] = {
     {3.140625, 0.0009676534387822795, 6.480677570817388e-21, -0.9999995318233016, -2.1076911677530006e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double cylindrical_arm_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double cylindrical_arm_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -136,7 +136,8 @@ void cylindrical_joint_fk(const double q[restrict CYLINDRICAL_JOINT_DOF], double
     base_T_tool[15] = 1.0;
 }
 
-void cylindrical_joint_frames(const double q[restrict CYLINDRICAL_JOINT_DOF], double base_T_frames[restrict CYLINDRICAL_JOINT_FRAMES][16])
+void cylindrical_joint_frames(const double q[restrict CYLINDRICAL_JOINT_DOF],
+                              double base_T_frames[restrict CYLINDRICAL_JOINT_FRAMES][16])
 {
     double s1;
     double c1;

@@ -115,7 +115,8 @@ void cylindrical_joint_f32_fk(const float q[restrict CYLINDRICAL_JOINT_DOF], flo
     base_T_tool[15] = 1.0F;
 }
 
-void cylindrical_joint_f32_frames(const float q[restrict CYLINDRICAL_JOINT_DOF], float base_T_frames[restrict CYLINDRICAL_JOINT_FRAMES][16])
+void cylindrical_joint_f32_frames(const float q[restrict CYLINDRICAL_JOINT_DOF],
+                                  float base_T_frames[restrict CYLINDRICAL_JOINT_FRAMES][16])
 {
     float s1;
     float c1;

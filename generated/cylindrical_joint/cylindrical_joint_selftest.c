@@ -119,10 +119,9 @@ double cylindrical_joint_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < CYLINDRICAL_JOINT_VECTORS; vector++) {
-        const double *const q = cylindrical_joint_vectors_q[vector];
         {
             double base_T_tool[16];
-            cylindrical_joint_fk(q, base_T_tool);
+            cylindrical_joint_fk(cylindrical_joint_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double cylindrical_joint_selftest(void)
         }
         {
             double base_T_frames[CYLINDRICAL_JOINT_FRAMES][16];
-            cylindrical_joint_frames(q, base_T_frames);
+            cylindrical_joint_frames(cylindrical_joint_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 3; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double cylindrical_joint_selftest(void)
         }
         {
             double base_p_tool[3];
-            cylindrical_joint_position(q, base_p_tool);
+            cylindrical_joint_position(cylindrical_joint_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], cylindrical_joint_position_expected[vector][entry]);

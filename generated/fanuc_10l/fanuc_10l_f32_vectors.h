@@ -124,10 +124,18 @@ static const float fanuc_10l_f32_pairs_expected[FANUC_10L_F32_PAIRS][5] = {
     {4.682617F, -0.99955684F, -1.344188e-08F, -0.029767394F, -9.277485e-10F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float fanuc_10l_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float fanuc_10l_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

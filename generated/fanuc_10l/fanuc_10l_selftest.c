@@ -119,10 +119,9 @@ double fanuc_10l_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < FANUC_10L_VECTORS; vector++) {
-        const double *const q = fanuc_10l_vectors_q[vector];
         {
             double base_T_tool[16];
-            fanuc_10l_fk(q, base_T_tool);
+            fanuc_10l_fk(fanuc_10l_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double fanuc_10l_selftest(void)
         }
         {
             double base_T_frames[FANUC_10L_FRAMES][16];
-            fanuc_10l_frames(q, base_T_frames);
+            fanuc_10l_frames(fanuc_10l_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double fanuc_10l_selftest(void)
         }
         {
             double base_p_tool[3];
-            fanuc_10l_position(q, base_p_tool);
+            fanuc_10l_position(fanuc_10l_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], fanuc_10l_position_expected[vector][entry]);

@@ -124,10 +124,18 @@ static const double fanuc_10l_pairs_expected[FANUC_10L_PAIRS][5] = {
     {4.6826171875, -0.9995568529079748, 4.928102602208532e-17, -0.029767394993605402, 1.4952330875329763e-18}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double fanuc_10l_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double fanuc_10l_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -4,20 +4,20 @@ Human hand, thumb with five joints and four fingers with three joints and one co
 
     >>> import numpy as np
     >>> import hand
-    >>> base_T_tool = hand.fk(np.zeros(hand.DOF))
+    >>> base_T_tips = hand.fk(np.zeros(hand.DOF))
 
 Joint vector q, angles in rad and lengths in mm:
 
-    q[0]  thumb_1        revolute   rad  0 to 1.0472
-    q[1]  thumb_2        revolute   rad  -0.436332 to 0.610865
-    q[2]  thumb_3        revolute   rad  0 to 1.0472
-    q[3]  thumb_4        revolute   rad  -0.174533 to 0.959931
-    q[4]  thumb_5        revolute   rad  -0.261799 to 1.39626
-    q[5]  index_spread   revolute   rad  -0.261799 to 0.261799
-    q[6]  index_1        revolute   rad  -0.349066 to 1.5708
-    q[7]  index_2        revolute   rad  0 to 1.91986
-    q[8]  middle_spread  revolute   rad  -0.174533 to 0.174533
-    q[9]  middle_1       revolute   rad  -0.349066 to 1.5708
+    q[0]   thumb_1        revolute   rad  0 to 1.0472
+    q[1]   thumb_2        revolute   rad  -0.436332 to 0.610865
+    q[2]   thumb_3        revolute   rad  0 to 1.0472
+    q[3]   thumb_4        revolute   rad  -0.174533 to 0.959931
+    q[4]   thumb_5        revolute   rad  -0.261799 to 1.39626
+    q[5]   index_spread   revolute   rad  -0.261799 to 0.261799
+    q[6]   index_1        revolute   rad  -0.349066 to 1.5708
+    q[7]   index_2        revolute   rad  0 to 1.91986
+    q[8]   middle_spread  revolute   rad  -0.174533 to 0.174533
+    q[9]   middle_1       revolute   rad  -0.349066 to 1.5708
     q[10]  middle_2       revolute   rad  0 to 1.91986
     q[11]  ring_spread    revolute   rad  -0.174533 to 0.174533
     q[12]  ring_1         revolute   rad  -0.349066 to 1.5708
@@ -33,7 +33,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -131,31 +132,31 @@ TIPS: tuple[str, ...] = (
 )
 """Tips of the tree, in the order of the results."""
 
-_native = load_native("13599ef2ce57fe8c")
+_native = load_native("a50f195433039730")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="hand",
-    dof=DOF,
-    shape=(5, 4, 4),
+    inputs=(Array("q", (17,)),),
+    results=(Array("base_T_tips", (5, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
     params=None,
-    doc="""Pose of the tool in the base frame.
+    doc="""Pose of each tip in the base frame.
 
     q of shape (..., 17) gives (..., 5, 4, 4), in the order of `TIPS`; angles in rad, lengths in mm.
     112 multiplications, 65 additions, 18 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="hand",
-    dof=DOF,
-    shape=(26, 4, 4),
+    inputs=(Array("q", (17,)),),
+    results=(Array("base_T_frames", (26, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -167,17 +168,17 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="hand",
-    dof=DOF,
-    shape=(5, 3),
+    inputs=(Array("q", (17,)),),
+    results=(Array("base_p_tips", (5, 3)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
     params=None,
-    doc="""Position of the tool's origin in the base frame.
+    doc="""Position of the origin of each tip in the base frame.
 
     q of shape (..., 17) gives (..., 5, 3), in the order of `TIPS`; angles in rad, lengths in mm.
     58 multiplications, 48 additions, 21 sine-cosine pairs for a configuration.

@@ -22,10 +22,10 @@ def _sincos(angle: Floats) -> tuple[Floats, Floats]:
 
 
 def fk(q: Floats) -> tuple[Floats | float, ...]:
-    """Pose of the tool in the base frame.
+    """Pose of each tip in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (17, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
@@ -314,7 +314,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     """Poses of all links and named frames in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (17, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
@@ -949,10 +949,10 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
 
 
 def position(q: Floats) -> tuple[Floats | float, ...]:
-    """Position of the tool's origin in the base frame.
+    """Position of the origin of each tip in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (17, N).
 
     Returns:
         The computed entries, one array (N,) or number each.

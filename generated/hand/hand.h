@@ -7,22 +7,23 @@
  * This file belongs to whoever generated it; use it in any way, no notice needed.
  */
 
-/* Frames: base_T_tool maps coordinates in frame tool to coordinates in frame base; its columns are the axes of the
- * tool and its origin, all in base. Matrices are 4x4, row by row, with the last row 0 0 0 1.
+/* Frames: base_T_tips maps, for each tip, coordinates in the frame of the tip to coordinates in frame base; its
+ * columns are the axes of the tip and its origin, all in base. Matrices are 4x4, row by row, with the last row 0 0 0
+ * 1.
  *
  * Units: angles in rad, lengths in mm.
  *
  * Joint vector:
- *   q[0]  thumb_1        revolute   rad  0 to 1.0472
- *   q[1]  thumb_2        revolute   rad  -0.436332 to 0.610865
- *   q[2]  thumb_3        revolute   rad  0 to 1.0472
- *   q[3]  thumb_4        revolute   rad  -0.174533 to 0.959931
- *   q[4]  thumb_5        revolute   rad  -0.261799 to 1.39626
- *   q[5]  index_spread   revolute   rad  -0.261799 to 0.261799
- *   q[6]  index_1        revolute   rad  -0.349066 to 1.5708
- *   q[7]  index_2        revolute   rad  0 to 1.91986
- *   q[8]  middle_spread  revolute   rad  -0.174533 to 0.174533
- *   q[9]  middle_1       revolute   rad  -0.349066 to 1.5708
+ *   q[0]   thumb_1        revolute   rad  0 to 1.0472
+ *   q[1]   thumb_2        revolute   rad  -0.436332 to 0.610865
+ *   q[2]   thumb_3        revolute   rad  0 to 1.0472
+ *   q[3]   thumb_4        revolute   rad  -0.174533 to 0.959931
+ *   q[4]   thumb_5        revolute   rad  -0.261799 to 1.39626
+ *   q[5]   index_spread   revolute   rad  -0.261799 to 0.261799
+ *   q[6]   index_1        revolute   rad  -0.349066 to 1.5708
+ *   q[7]   index_2        revolute   rad  0 to 1.91986
+ *   q[8]   middle_spread  revolute   rad  -0.174533 to 0.174533
+ *   q[9]   middle_1       revolute   rad  -0.349066 to 1.5708
  *   q[10]  middle_2       revolute   rad  0 to 1.91986
  *   q[11]  ring_spread    revolute   rad  -0.174533 to 0.174533
  *   q[12]  ring_1         revolute   rad  -0.349066 to 1.5708
@@ -34,9 +35,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HAND_SINCOS(x, s, c),
- * defined where hand.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HAND_SINCOS(x, s, c), defined where
+ * hand.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -87,7 +88,7 @@
 extern "C" {
 #endif
 
-/* Pose of the tool in the base frame.
+/* Pose of each tip in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tips  4x4 matrix, row by row, for each tip in the order of HAND_TIP_*
  * Costs 112 multiplications, 65 additions, 18 changes of sign, 21 sine-cosine pairs.
@@ -103,7 +104,7 @@ void hand_fk(const double q[HAND_DOF], double base_T_tips[HAND_TIPS][16]);
  */
 void hand_frames(const double q[HAND_DOF], double base_T_frames[HAND_FRAMES][16]);
 
-/* Position of the tool's origin in the base frame.
+/* Position of the origin of each tip in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tips  x, y, z, for each tip in the order of HAND_TIP_*
  * Costs 58 multiplications, 48 additions, 21 sine-cosine pairs.

@@ -16,6 +16,8 @@
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
+/* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
+enum { SHORT_TILE = 8 };
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
@@ -112,70 +114,49 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const double *q;
+    const double *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 17 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_17(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 17) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 17) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 17; joint++) {
-                copy[joint][i] = q[i * 17 + joint];
+            for (int number = 0; number < 17; number++) {
+                copy[number][i] = first[i * 17 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 17; joint++) {
-            const double *const from = q + joint * q_joint;
+        for (int number = 0; number < 17; number++) {
+            const double *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
 }
 
-/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
-static inline void store_matrices(const double (*restrict t)[TILE], int frames, int count, double *restrict out,
-    ptrdiff_t out_stride, int last_rows)
-{
-    const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
-        for (int frame = 0; frame < frames; frame++) {
-            double *const to = out + i * out_stride + frame * size;
-            for (int entry = 0; entry < 12; entry++) {
-                to[entry] = t[frame * 12 + entry][i];
-            }
-            if (last_rows != 0) {
-                to[12] = 0;
-                to[13] = 0;
-                to[14] = 0;
-                to[15] = 1;
-            }
-        }
-    }
-}
-
-/* Writes the points of each configuration. */
-static inline void store_points(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -203,46 +184,119 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-static inline void hand_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+/* Finds the 17 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_17_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[SHORT_TILE])
 {
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double qu3 = q[i * pose + 11 * joint] + 1.4835298641951802;
-        const double qu5 = q[i * pose + 14 * joint] + 1.3962634015954636;
-        const double q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const double q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const double t0 = q[i * pose + 7 * joint] * 1.6666666666666667;
-        const double qu1 = q[i * pose + 6 * joint] + t0;
-        const double q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const double t1 = q[i * pose + 10 * joint] * 1.6666666666666667;
-        const double qu2 = q[i * pose + 9 * joint] + t1;
-        const double q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const double t2 = q[i * pose + 13 * joint] * 1.6666666666666667;
-        const double qu4 = q[i * pose + 12 * joint] + t2;
-        const double q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const double t3 = q[i * pose + 16 * joint] * 1.6666666666666667;
-        const double qu6 = q[i * pose + 15 * joint] + t3;
+    tile_input found = {first, pose, joint};
+    const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+    if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
+        return found;
+    }
+    if ((pose == 17) && (joint == 1) && (count == SHORT_TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < SHORT_TILE; i++) {
+            for (int number = 0; number < 17; number++) {
+                copy[number][i] = first[i * 17 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 17; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < SHORT_TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = SHORT_TILE;
+    return found;
+}
+
+/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
+static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
+    ptrdiff_t out_stride, int last_rows)
+{
+    const int size = (last_rows != 0) ? 16 : 12;
+    for (int i = 0; i < count; i++) {
+        for (int frame = 0; frame < frames; frame++) {
+            double *const to = out + i * out_stride + frame * size;
+            for (int entry = 0; entry < 12; entry++) {
+                to[entry] = t[frame * 12 + entry][i];
+            }
+            if (last_rows != 0) {
+                to[12] = 0;
+                to[13] = 0;
+                to[14] = 0;
+                to[15] = 1;
+            }
+        }
+    }
+}
+
+/* Writes one row of the result after the other. */
+static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        double *const to = out + row * out_stride;
+        if (count == SHORT_TILE) {
+            for (int i = 0; i < SHORT_TILE; i++) {
+                to[i] = t[row][i];
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+static inline void hand_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298641951802;
+        const double qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634015954636;
+        const double q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const double q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const double t0 = q[i * q_pose + 7 * q_joint] * 1.6666666666666667;
+        const double qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const double q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const double t1 = q[i * q_pose + 10 * q_joint] * 1.6666666666666667;
+        const double qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const double q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const double t2 = q[i * q_pose + 13 * q_joint] * 1.6666666666666667;
+        const double qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const double q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const double t3 = q[i * q_pose + 16 * q_joint] * 1.6666666666666667;
+        const double qu6 = q[i * q_pose + 15 * q_joint] + t3;
         double s1;
         double c1;
-        hand_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         double s2;
         double c2;
-        hand_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s3;
         double c3;
-        hand_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         double s4;
         double c4;
-        hand_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s4_5;
         double c4_5;
         hand_sincos(q4_5, &s4_5, &c4_5);
         double s6;
         double c6;
-        hand_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         t[18][i] = c6;
         double s7;
         double c7;
-        hand_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         double s7_8;
         double c7_8;
         hand_sincos(q7_8, &s7_8, &c7_8);
@@ -251,11 +305,11 @@ static inline void hand_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdif
         hand_sincos(qu1, &su1, &cu1);
         double s9;
         double c9;
-        hand_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         t[30][i] = c9;
         double s10;
         double c10;
-        hand_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         double s10_11;
         double c10_11;
         hand_sincos(q10_11, &s10_11, &c10_11);
@@ -269,7 +323,7 @@ static inline void hand_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdif
         t[38][i] = cu3;
         double s13;
         double c13;
-        hand_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         double s13_14;
         double c13_14;
         hand_sincos(q13_14, &s13_14, &c13_14);
@@ -283,7 +337,7 @@ static inline void hand_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdif
         t[50][i] = cu5;
         double s16;
         double c16;
-        hand_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         double s16_17;
         double c16_17;
         hand_sincos(q16_17, &s16_17, &c16_17);
@@ -523,78 +577,77 @@ static inline void hand_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdif
     }
 }
 
-void hand_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void hand_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tips, ptrdiff_t base_T_tips_stride, int layout)
 {
-    double copy[17][TILE];
-    double t[60][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
+    double q_copy[17][SHORT_TILE];
+    double t[60][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
-    for (int i = 0; i < TILE; i++) {
+    tile_input q_tile = find_tile_17_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
         t[22][i] = 0.0;
         t[34][i] = 0.0;
         t[46][i] = 0.0;
         t[58][i] = 0.0;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
         const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
-        if (left > TILE) {
+        hand_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 60, count, out + first, out_stride);
+            store_rows_short(results, 60, count, base_T_tips + first, base_T_tips_stride);
         } else if (layout == 1) {
-            store_matrices(results, 5, count, out + first * out_stride, out_stride, 0);
+            store_matrices_short(results, 5, count, base_T_tips + first * base_T_tips_stride, base_T_tips_stride, 0);
         } else {
-            store_matrices(results, 5, count, out + first * out_stride, out_stride, 1);
+            store_matrices_short(results, 5, count, base_T_tips + first * base_T_tips_stride, base_T_tips_stride, 1);
         }
     }
 }
 
-static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void hand_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
 {
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double qu3 = q[i * pose + 11 * joint] + 1.4835298641951802;
-        const double qu5 = q[i * pose + 14 * joint] + 1.3962634015954636;
-        const double q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const double q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const double t0 = q[i * pose + 7 * joint] * 1.6666666666666667;
-        const double qu1 = q[i * pose + 6 * joint] + t0;
-        const double q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const double t1 = q[i * pose + 10 * joint] * 1.6666666666666667;
-        const double qu2 = q[i * pose + 9 * joint] + t1;
-        const double q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const double t2 = q[i * pose + 13 * joint] * 1.6666666666666667;
-        const double qu4 = q[i * pose + 12 * joint] + t2;
-        const double q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const double t3 = q[i * pose + 16 * joint] * 1.6666666666666667;
-        const double qu6 = q[i * pose + 15 * joint] + t3;
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298641951802;
+        const double qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634015954636;
+        const double q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const double q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const double t0 = q[i * q_pose + 7 * q_joint] * 1.6666666666666667;
+        const double qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const double q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const double t1 = q[i * q_pose + 10 * q_joint] * 1.6666666666666667;
+        const double qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const double q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const double t2 = q[i * q_pose + 13 * q_joint] * 1.6666666666666667;
+        const double qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const double q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const double t3 = q[i * q_pose + 16 * q_joint] * 1.6666666666666667;
+        const double qu6 = q[i * q_pose + 15 * q_joint] + t3;
         double s1;
         double c1;
-        hand_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         double s2;
         double c2;
-        hand_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s3;
         double c3;
-        hand_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         double s4;
         double c4;
-        hand_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s4_5;
         double c4_5;
         hand_sincos(q4_5, &s4_5, &c4_5);
         double s6;
         double c6;
-        hand_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         t[88][i] = s6;
         t[84][i] = c6;
         t[90][i] = c6;
@@ -603,7 +656,7 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
         t[126][i] = c6;
         double s7;
         double c7;
-        hand_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         double s7_8;
         double c7_8;
         hand_sincos(q7_8, &s7_8, &c7_8);
@@ -612,7 +665,7 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
         hand_sincos(qu1, &su1, &cu1);
         double s9;
         double c9;
-        hand_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         t[148][i] = s9;
         t[144][i] = c9;
         t[150][i] = c9;
@@ -621,7 +674,7 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
         t[186][i] = c9;
         double s10;
         double c10;
-        hand_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         double s10_11;
         double c10_11;
         hand_sincos(q10_11, &s10_11, &c10_11);
@@ -642,7 +695,7 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
         t[242][i] = cu3;
         double s13;
         double c13;
-        hand_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         double s13_14;
         double c13_14;
         hand_sincos(q13_14, &s13_14, &c13_14);
@@ -663,7 +716,7 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
         t[302][i] = cu5;
         double s16;
         double c16;
-        hand_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         double s16_17;
         double c16_17;
         hand_sincos(q16_17, &s16_17, &c16_17);
@@ -1122,18 +1175,17 @@ static inline void hand_frames_tile(const double *restrict q, ptrdiff_t pose, pt
     }
 }
 
-void hand_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void hand_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    double copy[17][TILE];
-    double t[312][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
+    double q_copy[17][SHORT_TILE];
+    double t[312][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
-    for (int i = 0; i < TILE; i++) {
+    tile_input q_tile = find_tile_17_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
         t[0][i] = 0.5;
         t[1][i] = 0.75;
         t[2][i] = 0.4330127018922193;
@@ -1245,64 +1297,64 @@ void hand_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_
         t[298][i] = 0.0;
         t[310][i] = 0.0;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
         const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
-        if (left > TILE) {
+        hand_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 312, count, out + first, out_stride);
+            store_rows_short(results, 312, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 26, count, out + first * out_stride, out_stride, 0);
+            store_matrices_short(results, 26, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 26, count, out + first * out_stride, out_stride, 1);
+            store_matrices_short(results, 26, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void hand_position_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double qu3 = q[i * pose + 11 * joint] + 1.4835298641951802;
-        const double qu5 = q[i * pose + 14 * joint] + 1.3962634015954636;
-        const double q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const double q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const double t0 = q[i * pose + 7 * joint] * 1.6666666666666667;
-        const double qu1 = q[i * pose + 6 * joint] + t0;
-        const double q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const double t1 = q[i * pose + 10 * joint] * 1.6666666666666667;
-        const double qu2 = q[i * pose + 9 * joint] + t1;
-        const double q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const double t2 = q[i * pose + 13 * joint] * 1.6666666666666667;
-        const double qu4 = q[i * pose + 12 * joint] + t2;
-        const double q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const double t3 = q[i * pose + 16 * joint] * 1.6666666666666667;
-        const double qu6 = q[i * pose + 15 * joint] + t3;
+        const double qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298641951802;
+        const double qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634015954636;
+        const double q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const double q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const double t0 = q[i * q_pose + 7 * q_joint] * 1.6666666666666667;
+        const double qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const double q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const double t1 = q[i * q_pose + 10 * q_joint] * 1.6666666666666667;
+        const double qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const double q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const double t2 = q[i * q_pose + 13 * q_joint] * 1.6666666666666667;
+        const double qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const double q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const double t3 = q[i * q_pose + 16 * q_joint] * 1.6666666666666667;
+        const double qu6 = q[i * q_pose + 15 * q_joint] + t3;
         double s1;
         double c1;
-        hand_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         double s2;
         double c2;
-        hand_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s3;
         double c3;
-        hand_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         double s4;
         double c4;
-        hand_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s4_5;
         double c4_5;
         hand_sincos(q4_5, &s4_5, &c4_5);
         double s6;
         double c6;
-        hand_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         double s7;
         double c7;
-        hand_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         double s7_8;
         double c7_8;
         hand_sincos(q7_8, &s7_8, &c7_8);
@@ -1311,10 +1363,10 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t pose, 
         hand_sincos(qu1, &su1, &cu1);
         double s9;
         double c9;
-        hand_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         double s10;
         double c10;
-        hand_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         double s10_11;
         double c10_11;
         hand_sincos(q10_11, &s10_11, &c10_11);
@@ -1326,7 +1378,7 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t pose, 
         hand_sincos(qu3, &su3, &cu3);
         double s13;
         double c13;
-        hand_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         double s13_14;
         double c13_14;
         hand_sincos(q13_14, &s13_14, &c13_14);
@@ -1338,7 +1390,7 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t pose, 
         hand_sincos(qu5, &su5, &cu5);
         double s16;
         double c16;
-        hand_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         double s16_17;
         double c16_17;
         hand_sincos(q16_17, &s16_17, &c16_17);
@@ -1454,30 +1506,29 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t pose, 
     }
 }
 
-void hand_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void hand_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tips, ptrdiff_t base_p_tips_stride, int layout)
 {
-    double copy[17][TILE];
+    double q_copy[17][TILE];
     double t[15][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        hand_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 15, count, out + first, out_stride);
+            store_rows(results, 15, count, base_p_tips + first, base_p_tips_stride);
         } else {
-            store_points(results, 15, count, out + first * out_stride, out_stride);
+            store_numbers(results, 15, count, base_p_tips + first * base_p_tips_stride, base_p_tips_stride);
         }
     }
 }

@@ -99,42 +99,42 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const float *q;
+    const float *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 17 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_17(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     float (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 17) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 17) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 17; joint++) {
-                copy[joint][i] = q[i * 17 + joint];
+            for (int number = 0; number < 17; number++) {
+                copy[number][i] = first[i * 17 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 17; joint++) {
-            const float *const from = q + joint * q_joint;
+        for (int number = 0; number < 17; number++) {
+            const float *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
@@ -161,8 +161,8 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -190,46 +190,46 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float qu3 = q[i * pose + 11 * joint] + 1.4835298F;
-        const float qu5 = q[i * pose + 14 * joint] + 1.3962634F;
-        const float q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const float q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const float t0 = q[i * pose + 7 * joint] * 1.6666666F;
-        const float qu1 = q[i * pose + 6 * joint] + t0;
-        const float q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const float t1 = q[i * pose + 10 * joint] * 1.6666666F;
-        const float qu2 = q[i * pose + 9 * joint] + t1;
-        const float q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const float t2 = q[i * pose + 13 * joint] * 1.6666666F;
-        const float qu4 = q[i * pose + 12 * joint] + t2;
-        const float q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const float t3 = q[i * pose + 16 * joint] * 1.6666666F;
-        const float qu6 = q[i * pose + 15 * joint] + t3;
+        const float qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298F;
+        const float qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634F;
+        const float q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const float q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const float t0 = q[i * q_pose + 7 * q_joint] * 1.6666666F;
+        const float qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const float q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const float t1 = q[i * q_pose + 10 * q_joint] * 1.6666666F;
+        const float qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const float q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const float t2 = q[i * q_pose + 13 * q_joint] * 1.6666666F;
+        const float qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const float q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const float t3 = q[i * q_pose + 16 * q_joint] * 1.6666666F;
+        const float qu6 = q[i * q_pose + 15 * q_joint] + t3;
         float s1;
         float c1;
-        hand_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         float s2;
         float c2;
-        hand_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s3;
         float c3;
-        hand_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        hand_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s4_5;
         float c4_5;
         hand_f32_sincos(q4_5, &s4_5, &c4_5);
         float s6;
         float c6;
-        hand_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         t[18][i] = c6;
         float s7;
         float c7;
-        hand_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s7_8;
         float c7_8;
         hand_f32_sincos(q7_8, &s7_8, &c7_8);
@@ -238,11 +238,11 @@ static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptr
         hand_f32_sincos(qu1, &su1, &cu1);
         float s9;
         float c9;
-        hand_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         t[30][i] = c9;
         float s10;
         float c10;
-        hand_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s10_11;
         float c10_11;
         hand_f32_sincos(q10_11, &s10_11, &c10_11);
@@ -256,7 +256,7 @@ static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptr
         t[38][i] = cu3;
         float s13;
         float c13;
-        hand_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s13_14;
         float c13_14;
         hand_f32_sincos(q13_14, &s13_14, &c13_14);
@@ -270,7 +270,7 @@ static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptr
         t[50][i] = cu5;
         float s16;
         float c16;
-        hand_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s16_17;
         float c16_17;
         hand_f32_sincos(q16_17, &s16_17, &c16_17);
@@ -510,17 +510,16 @@ static inline void hand_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptr
     }
 }
 
-void hand_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void hand_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tips, ptrdiff_t base_T_tips_stride, int layout)
 {
-    float copy[17][TILE];
+    float q_copy[17][TILE];
     float t[60][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[22][i] = 0.0F;
         t[34][i] = 0.0F;
@@ -531,57 +530,57 @@ void hand_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_j
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_f32_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
+        hand_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 60, count, out + first, out_stride);
+            store_rows(results, 60, count, base_T_tips + first, base_T_tips_stride);
         } else if (layout == 1) {
-            store_matrices(results, 5, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 5, count, base_T_tips + first * base_T_tips_stride, base_T_tips_stride, 0);
         } else {
-            store_matrices(results, 5, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 5, count, base_T_tips + first * base_T_tips_stride, base_T_tips_stride, 1);
         }
     }
 }
 
-static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float qu3 = q[i * pose + 11 * joint] + 1.4835298F;
-        const float qu5 = q[i * pose + 14 * joint] + 1.3962634F;
-        const float q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const float q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const float t0 = q[i * pose + 7 * joint] * 1.6666666F;
-        const float qu1 = q[i * pose + 6 * joint] + t0;
-        const float q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const float t1 = q[i * pose + 10 * joint] * 1.6666666F;
-        const float qu2 = q[i * pose + 9 * joint] + t1;
-        const float q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const float t2 = q[i * pose + 13 * joint] * 1.6666666F;
-        const float qu4 = q[i * pose + 12 * joint] + t2;
-        const float q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const float t3 = q[i * pose + 16 * joint] * 1.6666666F;
-        const float qu6 = q[i * pose + 15 * joint] + t3;
+        const float qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298F;
+        const float qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634F;
+        const float q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const float q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const float t0 = q[i * q_pose + 7 * q_joint] * 1.6666666F;
+        const float qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const float q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const float t1 = q[i * q_pose + 10 * q_joint] * 1.6666666F;
+        const float qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const float q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const float t2 = q[i * q_pose + 13 * q_joint] * 1.6666666F;
+        const float qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const float q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const float t3 = q[i * q_pose + 16 * q_joint] * 1.6666666F;
+        const float qu6 = q[i * q_pose + 15 * q_joint] + t3;
         float s1;
         float c1;
-        hand_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         float s2;
         float c2;
-        hand_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s3;
         float c3;
-        hand_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        hand_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s4_5;
         float c4_5;
         hand_f32_sincos(q4_5, &s4_5, &c4_5);
         float s6;
         float c6;
-        hand_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         t[88][i] = s6;
         t[84][i] = c6;
         t[90][i] = c6;
@@ -590,7 +589,7 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
         t[126][i] = c6;
         float s7;
         float c7;
-        hand_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s7_8;
         float c7_8;
         hand_f32_sincos(q7_8, &s7_8, &c7_8);
@@ -599,7 +598,7 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
         hand_f32_sincos(qu1, &su1, &cu1);
         float s9;
         float c9;
-        hand_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         t[148][i] = s9;
         t[144][i] = c9;
         t[150][i] = c9;
@@ -608,7 +607,7 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
         t[186][i] = c9;
         float s10;
         float c10;
-        hand_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s10_11;
         float c10_11;
         hand_f32_sincos(q10_11, &s10_11, &c10_11);
@@ -629,7 +628,7 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
         t[242][i] = cu3;
         float s13;
         float c13;
-        hand_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s13_14;
         float c13_14;
         hand_f32_sincos(q13_14, &s13_14, &c13_14);
@@ -650,7 +649,7 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
         t[302][i] = cu5;
         float s16;
         float c16;
-        hand_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s16_17;
         float c16_17;
         hand_f32_sincos(q16_17, &s16_17, &c16_17);
@@ -1109,17 +1108,16 @@ static inline void hand_f32_frames_tile(const float *restrict q, ptrdiff_t pose,
     }
 }
 
-void hand_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void hand_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    float copy[17][TILE];
+    float q_copy[17][TILE];
     float t[312][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.5F;
         t[1][i] = 0.75F;
@@ -1236,60 +1234,60 @@ void hand_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_f32_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
+        hand_f32_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 312, count, out + first, out_stride);
+            store_rows(results, 312, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 26, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 26, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 26, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 26, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float qu3 = q[i * pose + 11 * joint] + 1.4835298F;
-        const float qu5 = q[i * pose + 14 * joint] + 1.3962634F;
-        const float q4_5 = q[i * pose + 3 * joint] + q[i * pose + 4 * joint];
-        const float q7_8 = q[i * pose + 6 * joint] + q[i * pose + 7 * joint];
-        const float t0 = q[i * pose + 7 * joint] * 1.6666666F;
-        const float qu1 = q[i * pose + 6 * joint] + t0;
-        const float q10_11 = q[i * pose + 9 * joint] + q[i * pose + 10 * joint];
-        const float t1 = q[i * pose + 10 * joint] * 1.6666666F;
-        const float qu2 = q[i * pose + 9 * joint] + t1;
-        const float q13_14 = q[i * pose + 12 * joint] + q[i * pose + 13 * joint];
-        const float t2 = q[i * pose + 13 * joint] * 1.6666666F;
-        const float qu4 = q[i * pose + 12 * joint] + t2;
-        const float q16_17 = q[i * pose + 15 * joint] + q[i * pose + 16 * joint];
-        const float t3 = q[i * pose + 16 * joint] * 1.6666666F;
-        const float qu6 = q[i * pose + 15 * joint] + t3;
+        const float qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298F;
+        const float qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634F;
+        const float q4_5 = q[i * q_pose + 3 * q_joint] + q[i * q_pose + 4 * q_joint];
+        const float q7_8 = q[i * q_pose + 6 * q_joint] + q[i * q_pose + 7 * q_joint];
+        const float t0 = q[i * q_pose + 7 * q_joint] * 1.6666666F;
+        const float qu1 = q[i * q_pose + 6 * q_joint] + t0;
+        const float q10_11 = q[i * q_pose + 9 * q_joint] + q[i * q_pose + 10 * q_joint];
+        const float t1 = q[i * q_pose + 10 * q_joint] * 1.6666666F;
+        const float qu2 = q[i * q_pose + 9 * q_joint] + t1;
+        const float q13_14 = q[i * q_pose + 12 * q_joint] + q[i * q_pose + 13 * q_joint];
+        const float t2 = q[i * q_pose + 13 * q_joint] * 1.6666666F;
+        const float qu4 = q[i * q_pose + 12 * q_joint] + t2;
+        const float q16_17 = q[i * q_pose + 15 * q_joint] + q[i * q_pose + 16 * q_joint];
+        const float t3 = q[i * q_pose + 16 * q_joint] * 1.6666666F;
+        const float qu6 = q[i * q_pose + 15 * q_joint] + t3;
         float s1;
         float c1;
-        hand_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        hand_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         float s2;
         float c2;
-        hand_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        hand_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s3;
         float c3;
-        hand_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        hand_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        hand_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        hand_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s4_5;
         float c4_5;
         hand_f32_sincos(q4_5, &s4_5, &c4_5);
         float s6;
         float c6;
-        hand_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        hand_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         float s7;
         float c7;
-        hand_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        hand_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s7_8;
         float c7_8;
         hand_f32_sincos(q7_8, &s7_8, &c7_8);
@@ -1298,10 +1296,10 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t pos
         hand_f32_sincos(qu1, &su1, &cu1);
         float s9;
         float c9;
-        hand_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        hand_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         float s10;
         float c10;
-        hand_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        hand_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s10_11;
         float c10_11;
         hand_f32_sincos(q10_11, &s10_11, &c10_11);
@@ -1313,7 +1311,7 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t pos
         hand_f32_sincos(qu3, &su3, &cu3);
         float s13;
         float c13;
-        hand_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        hand_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s13_14;
         float c13_14;
         hand_f32_sincos(q13_14, &s13_14, &c13_14);
@@ -1325,7 +1323,7 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t pos
         hand_f32_sincos(qu5, &su5, &cu5);
         float s16;
         float c16;
-        hand_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        hand_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s16_17;
         float c16_17;
         hand_f32_sincos(q16_17, &s16_17, &c16_17);
@@ -1441,30 +1439,29 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t pos
     }
 }
 
-void hand_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void hand_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tips, ptrdiff_t base_p_tips_stride, int layout)
 {
-    float copy[17][TILE];
+    float q_copy[17][TILE];
     float t[15][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_f32_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        hand_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 15, count, out + first, out_stride);
+            store_rows(results, 15, count, base_p_tips + first, base_p_tips_stride);
         } else {
-            store_points(results, 15, count, out + first * out_stride, out_stride);
+            store_numbers(results, 15, count, base_p_tips + first * base_p_tips_stride, base_p_tips_stride);
         }
     }
 }

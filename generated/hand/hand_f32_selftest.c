@@ -106,10 +106,9 @@ float hand_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < HAND_F32_VECTORS; vector++) {
-        const float *const q = hand_f32_vectors_q[vector];
         {
             float base_T_tips[HAND_TIPS][16];
-            hand_f32_fk(q, base_T_tips);
+            hand_f32_fk(hand_f32_vectors_q[vector], base_T_tips);
             const float *const found = &base_T_tips[0][0];
             for (int frame = 0; frame < 5; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -119,7 +118,7 @@ float hand_f32_selftest(void)
         }
         {
             float base_T_frames[HAND_FRAMES][16];
-            hand_f32_frames(q, base_T_frames);
+            hand_f32_frames(hand_f32_vectors_q[vector], base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 26; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -129,7 +128,7 @@ float hand_f32_selftest(void)
         }
         {
             float base_p_tips[HAND_TIPS][3];
-            hand_f32_position(q, base_p_tips);
+            hand_f32_position(hand_f32_vectors_q[vector], base_p_tips);
             const float *const found = &base_p_tips[0][0];
             for (int entry = 0; entry < 15; entry++) {
                 worst = worst_of(worst, found[entry], hand_f32_position_expected[vector][entry]);

@@ -127,10 +127,18 @@ static const float hand_f32_pairs_expected[HAND_F32_PAIRS][5] = {
     {3.6516926F, -0.4882645F, 3.7833483e-09F, -0.8726957F, -1.3198887e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float hand_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float hand_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

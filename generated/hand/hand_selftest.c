@@ -119,10 +119,9 @@ double hand_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < HAND_VECTORS; vector++) {
-        const double *const q = hand_vectors_q[vector];
         {
             double base_T_tips[HAND_TIPS][16];
-            hand_fk(q, base_T_tips);
+            hand_fk(hand_vectors_q[vector], base_T_tips);
             const double *const found = &base_T_tips[0][0];
             for (int frame = 0; frame < 5; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double hand_selftest(void)
         }
         {
             double base_T_frames[HAND_FRAMES][16];
-            hand_frames(q, base_T_frames);
+            hand_frames(hand_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 26; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double hand_selftest(void)
         }
         {
             double base_p_tips[HAND_TIPS][3];
-            hand_position(q, base_p_tips);
+            hand_position(hand_vectors_q[vector], base_p_tips);
             const double *const found = &base_p_tips[0][0];
             for (int entry = 0; entry < 15; entry++) {
                 worst = worst_of(worst, found[entry], hand_position_expected[vector][entry]);

@@ -127,10 +127,18 @@ static const double hand_pairs_expected[HAND_PAIRS][5] = {
     {3.6516926288604736, -0.4882644973114697, -1.009796631905674e-18, -0.8726956976318708, -4.769535534426258e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double hand_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double hand_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

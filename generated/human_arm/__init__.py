@@ -25,7 +25,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -81,14 +82,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("168ba1fdae9d6308")
+_native = load_native("77f624a1f07a4837")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="human_arm",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (9,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -96,16 +97,16 @@ fk = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 9) gives (..., 4, 4); angles in rad, lengths in m.
-    82 multiplications, 39 additions, 1 changes of sign, 9 sine-cosine pairs for a configuration.
+    82 multiplications, 39 additions, 1 change of sign, 9 sine-cosine pairs for a configuration.
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="human_arm",
-    dof=DOF,
-    shape=(10, 4, 4),
+    inputs=(Array("q", (9,)),),
+    results=(Array("base_T_frames", (10, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -117,12 +118,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="human_arm",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (9,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
@@ -130,7 +131,7 @@ position = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 9) gives (..., 3); angles in rad, lengths in m.
-    20 multiplications, 10 additions, 1 changes of sign, 6 sine-cosine pairs for a configuration.
+    20 multiplications, 10 additions, 1 change of sign, 6 sine-cosine pairs for a configuration.
     """,
 )
 

@@ -26,9 +26,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_ARM_SINCOS(x, s, c),
- * defined where human_arm.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_ARM_SINCOS(x, s, c), defined
+ * where human_arm.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -61,7 +61,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 82 multiplications, 39 additions, 1 changes of sign, 9 sine-cosine pairs.
+ * Costs 82 multiplications, 39 additions, 1 change of sign, 9 sine-cosine pairs.
  * Proven error: |px| <= 1.2e-15 m, |py| <= 1.2e-15 m, |pz| <= 8.9e-16 m, rotation entries <= 6.0e-15. The same for
  * q[0], q[1], q[2], q[3], q[4], q[5], q[6], q[7] and q[8] anywhere up to 100000 rad.
  */
@@ -79,7 +79,7 @@ void human_arm_frames(const double q[HUMAN_ARM_DOF], double base_T_frames[HUMAN_
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 20 multiplications, 10 additions, 1 changes of sign, 6 sine-cosine pairs.
+ * Costs 20 multiplications, 10 additions, 1 change of sign, 6 sine-cosine pairs.
  * Proven error: |px| <= 1.2e-15 m, |py| <= 1.2e-15 m, |pz| <= 8.9e-16 m. The same for q[0], q[1], q[2], q[3], q[4],
  * q[5], q[6], q[7] and q[8] anywhere up to 100000 rad.
  */

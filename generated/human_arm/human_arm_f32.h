@@ -28,7 +28,8 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_ARM_F32_SINCOS(x, s, c),
- * defined where human_arm_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * defined where human_arm_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and
+ * c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -61,7 +62,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 82 multiplications, 39 additions, 1 changes of sign, 9 sine-cosine pairs.
+ * Costs 82 multiplications, 39 additions, 1 change of sign, 9 sine-cosine pairs.
  * Proven error: |px| <= 6.4e-7 m, |py| <= 6.4e-7 m, |pz| <= 5.0e-7 m, rotation entries <= 3.3e-6. The same for q[0],
  * q[1], q[2], q[3], q[4], q[5], q[6], q[7] and q[8] anywhere up to 12000 rad.
  */
@@ -79,7 +80,7 @@ void human_arm_f32_frames(const float q[HUMAN_ARM_DOF], float base_T_frames[HUMA
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 20 multiplications, 10 additions, 1 changes of sign, 6 sine-cosine pairs.
+ * Costs 20 multiplications, 10 additions, 1 change of sign, 6 sine-cosine pairs.
  * Proven error: |px| <= 6.4e-7 m, |py| <= 6.4e-7 m, |pz| <= 5.0e-7 m. The same for q[0], q[1], q[2], q[3], q[4], q[5],
  * q[6], q[7] and q[8] anywhere up to 12000 rad.
  */

@@ -127,10 +127,18 @@ static const float human_arm_f32_pairs_expected[HUMAN_ARM_F32_PAIRS][5] = {
     {2.7939453F, 0.34068683F, 9.043367e-09F, -0.94017684F, 1.0626322e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float human_arm_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float human_arm_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double human_arm_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < HUMAN_ARM_VECTORS; vector++) {
-        const double *const q = human_arm_vectors_q[vector];
         {
             double base_T_tool[16];
-            human_arm_fk(q, base_T_tool);
+            human_arm_fk(human_arm_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double human_arm_selftest(void)
         }
         {
             double base_T_frames[HUMAN_ARM_FRAMES][16];
-            human_arm_frames(q, base_T_frames);
+            human_arm_frames(human_arm_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 10; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double human_arm_selftest(void)
         }
         {
             double base_p_tool[3];
-            human_arm_position(q, base_p_tool);
+            human_arm_position(human_arm_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], human_arm_position_expected[vector][entry]);

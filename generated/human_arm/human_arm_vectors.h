@@ -127,10 +127,18 @@ static const double human_arm_pairs_expected[HUMAN_ARM_PAIRS][5] = {
     {2.7939453125, 0.34068683694139223, 1.3929627221551404e-17, -0.9401768339705404, -4.880294172918159e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double human_arm_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double human_arm_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -8,16 +8,16 @@ Human body, one chain of 21 joints from the first spine joint to a hand
 
 Joint vector q, angles in rad and lengths in m:
 
-    q[0]  Q1   revolute   rad  no limits
-    q[1]  Q2   revolute   rad  no limits
-    q[2]  Q3   revolute   rad  no limits
-    q[3]  Q4   revolute   rad  no limits
-    q[4]  Q5   revolute   rad  no limits
-    q[5]  Q6   revolute   rad  no limits
-    q[6]  Q7   revolute   rad  no limits
-    q[7]  Q8   revolute   rad  no limits
-    q[8]  Q9   revolute   rad  no limits
-    q[9]  Q10  revolute   rad  no limits
+    q[0]   Q1   revolute   rad  no limits
+    q[1]   Q2   revolute   rad  no limits
+    q[2]   Q3   revolute   rad  no limits
+    q[3]   Q4   revolute   rad  no limits
+    q[4]   Q5   revolute   rad  no limits
+    q[5]   Q6   revolute   rad  no limits
+    q[6]   Q7   revolute   rad  no limits
+    q[7]   Q8   revolute   rad  no limits
+    q[8]   Q9   revolute   rad  no limits
+    q[9]   Q10  revolute   rad  no limits
     q[10]  Q11  revolute   rad  no limits
     q[11]  Q12  revolute   rad  no limits
     q[12]  Q13  revolute   rad  no limits
@@ -37,7 +37,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -129,14 +130,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("88b9d3cd96d91467")
+_native = load_native("51d4703aee581601")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="human_body",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (21,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -148,12 +149,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="human_body",
-    dof=DOF,
-    shape=(22, 4, 4),
+    inputs=(Array("q", (21,)),),
+    results=(Array("base_T_frames", (22, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -165,12 +166,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="human_body",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (21,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,

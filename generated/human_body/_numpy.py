@@ -25,7 +25,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     """Pose of the tool in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (21, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
@@ -415,7 +415,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     """Poses of all links and named frames in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (21, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
@@ -1114,7 +1114,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     """Position of the tool's origin in the base frame.
 
     Args:
-        q: Joint values (dof, N).
+        q: Joint vector (21, N).
 
     Returns:
         The computed entries, one array (N,) or number each.

@@ -13,16 +13,16 @@
  * Units: angles in rad, lengths in m.
  *
  * Joint vector:
- *   q[0]  Q1   revolute   rad  no limits
- *   q[1]  Q2   revolute   rad  no limits
- *   q[2]  Q3   revolute   rad  no limits
- *   q[3]  Q4   revolute   rad  no limits
- *   q[4]  Q5   revolute   rad  no limits
- *   q[5]  Q6   revolute   rad  no limits
- *   q[6]  Q7   revolute   rad  no limits
- *   q[7]  Q8   revolute   rad  no limits
- *   q[8]  Q9   revolute   rad  no limits
- *   q[9]  Q10  revolute   rad  no limits
+ *   q[0]   Q1   revolute   rad  no limits
+ *   q[1]   Q2   revolute   rad  no limits
+ *   q[2]   Q3   revolute   rad  no limits
+ *   q[3]   Q4   revolute   rad  no limits
+ *   q[4]   Q5   revolute   rad  no limits
+ *   q[5]   Q6   revolute   rad  no limits
+ *   q[6]   Q7   revolute   rad  no limits
+ *   q[7]   Q8   revolute   rad  no limits
+ *   q[8]   Q9   revolute   rad  no limits
+ *   q[9]   Q10  revolute   rad  no limits
  *   q[10]  Q11  revolute   rad  no limits
  *   q[11]  Q12  revolute   rad  no limits
  *   q[12]  Q13  revolute   rad  no limits
@@ -38,9 +38,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_BODY_SINCOS(x, s, c),
- * defined where human_body.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_BODY_SINCOS(x, s, c), defined
+ * where human_body.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)

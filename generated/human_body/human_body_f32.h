@@ -13,16 +13,16 @@
  * Units: angles in rad, lengths in m.
  *
  * Joint vector:
- *   q[0]  Q1   revolute   rad  no limits
- *   q[1]  Q2   revolute   rad  no limits
- *   q[2]  Q3   revolute   rad  no limits
- *   q[3]  Q4   revolute   rad  no limits
- *   q[4]  Q5   revolute   rad  no limits
- *   q[5]  Q6   revolute   rad  no limits
- *   q[6]  Q7   revolute   rad  no limits
- *   q[7]  Q8   revolute   rad  no limits
- *   q[8]  Q9   revolute   rad  no limits
- *   q[9]  Q10  revolute   rad  no limits
+ *   q[0]   Q1   revolute   rad  no limits
+ *   q[1]   Q2   revolute   rad  no limits
+ *   q[2]   Q3   revolute   rad  no limits
+ *   q[3]   Q4   revolute   rad  no limits
+ *   q[4]   Q5   revolute   rad  no limits
+ *   q[5]   Q6   revolute   rad  no limits
+ *   q[6]   Q7   revolute   rad  no limits
+ *   q[7]   Q8   revolute   rad  no limits
+ *   q[8]   Q9   revolute   rad  no limits
+ *   q[9]   Q10  revolute   rad  no limits
  *   q[10]  Q11  revolute   rad  no limits
  *   q[11]  Q12  revolute   rad  no limits
  *   q[12]  Q13  revolute   rad  no limits
@@ -39,8 +39,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_BODY_F32_SINCOS(x, s, c),
- * defined where human_body_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_HUMAN_BODY_F32_SINCOS(x, s, c), defined where human_body_f32.c is compiled, takes the place of the pair: it
+ * stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)

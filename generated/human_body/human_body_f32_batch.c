@@ -99,42 +99,42 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const float *q;
+    const float *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 21 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_21(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     float (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 21) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 21) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 21; joint++) {
-                copy[joint][i] = q[i * 21 + joint];
+            for (int number = 0; number < 21; number++) {
+                copy[number][i] = first[i * 21 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 21; joint++) {
-            const float *const from = q + joint * q_joint;
+        for (int number = 0; number < 21; number++) {
+            const float *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
@@ -161,8 +161,8 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -190,72 +190,72 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void human_body_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void human_body_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
-        human_body_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        human_body_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         float s2;
         float c2;
-        human_body_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        human_body_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s3;
         float c3;
-        human_body_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        human_body_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        human_body_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        human_body_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s5;
         float c5;
-        human_body_f32_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        human_body_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         float s6;
         float c6;
-        human_body_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        human_body_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         float s7;
         float c7;
-        human_body_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        human_body_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s8;
         float c8;
-        human_body_f32_sincos(q[i * pose + 7 * joint], &s8, &c8);
+        human_body_f32_sincos(q[i * q_pose + 7 * q_joint], &s8, &c8);
         float s9;
         float c9;
-        human_body_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        human_body_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         float s10;
         float c10;
-        human_body_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        human_body_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s11;
         float c11;
-        human_body_f32_sincos(q[i * pose + 10 * joint], &s11, &c11);
+        human_body_f32_sincos(q[i * q_pose + 10 * q_joint], &s11, &c11);
         float s12;
         float c12;
-        human_body_f32_sincos(q[i * pose + 11 * joint], &s12, &c12);
+        human_body_f32_sincos(q[i * q_pose + 11 * q_joint], &s12, &c12);
         float s13;
         float c13;
-        human_body_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        human_body_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s14;
         float c14;
-        human_body_f32_sincos(q[i * pose + 13 * joint], &s14, &c14);
+        human_body_f32_sincos(q[i * q_pose + 13 * q_joint], &s14, &c14);
         float s15;
         float c15;
-        human_body_f32_sincos(q[i * pose + 14 * joint], &s15, &c15);
+        human_body_f32_sincos(q[i * q_pose + 14 * q_joint], &s15, &c15);
         float s16;
         float c16;
-        human_body_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        human_body_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s17;
         float c17;
-        human_body_f32_sincos(q[i * pose + 16 * joint], &s17, &c17);
+        human_body_f32_sincos(q[i * q_pose + 16 * q_joint], &s17, &c17);
         float s18;
         float c18;
-        human_body_f32_sincos(q[i * pose + 17 * joint], &s18, &c18);
+        human_body_f32_sincos(q[i * q_pose + 17 * q_joint], &s18, &c18);
         float s19;
         float c19;
-        human_body_f32_sincos(q[i * pose + 18 * joint], &s19, &c19);
+        human_body_f32_sincos(q[i * q_pose + 18 * q_joint], &s19, &c19);
         float s20;
         float c20;
-        human_body_f32_sincos(q[i * pose + 19 * joint], &s20, &c20);
+        human_body_f32_sincos(q[i * q_pose + 19 * q_joint], &s20, &c20);
         float s21;
         float c21;
-        human_body_f32_sincos(q[i * pose + 20 * joint], &s21, &c21);
+        human_body_f32_sincos(q[i * q_pose + 20 * q_joint], &s21, &c21);
         const float t0 = c20 * c21;
         const float t1 = s20 * c21;
         const float t2 = s19 * s21;
@@ -615,42 +615,41 @@ static inline void human_body_f32_fk_tile(const float *restrict q, ptrdiff_t pos
     }
 }
 
-void human_body_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void human_body_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
 {
-    float copy[21][TILE];
+    float q_copy[21][TILE];
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_21(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        human_body_f32_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
+        human_body_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_21(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-static inline void human_body_f32_frames_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void human_body_f32_frames_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
-        human_body_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        human_body_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         t[6][i] = s1;
         t[17][i] = s1;
         t[2][i] = c1;
@@ -658,67 +657,67 @@ static inline void human_body_f32_frames_tile(const float *restrict q, ptrdiff_t
         t[13][i] = c1;
         float s2;
         float c2;
-        human_body_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        human_body_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         t[22][i] = s2;
         t[33][i] = s2;
         t[20][i] = c2;
         float s3;
         float c3;
-        human_body_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        human_body_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        human_body_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        human_body_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s5;
         float c5;
-        human_body_f32_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        human_body_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         float s6;
         float c6;
-        human_body_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        human_body_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         float s7;
         float c7;
-        human_body_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        human_body_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s8;
         float c8;
-        human_body_f32_sincos(q[i * pose + 7 * joint], &s8, &c8);
+        human_body_f32_sincos(q[i * q_pose + 7 * q_joint], &s8, &c8);
         float s9;
         float c9;
-        human_body_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        human_body_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         float s10;
         float c10;
-        human_body_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        human_body_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s11;
         float c11;
-        human_body_f32_sincos(q[i * pose + 10 * joint], &s11, &c11);
+        human_body_f32_sincos(q[i * q_pose + 10 * q_joint], &s11, &c11);
         float s12;
         float c12;
-        human_body_f32_sincos(q[i * pose + 11 * joint], &s12, &c12);
+        human_body_f32_sincos(q[i * q_pose + 11 * q_joint], &s12, &c12);
         float s13;
         float c13;
-        human_body_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        human_body_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s14;
         float c14;
-        human_body_f32_sincos(q[i * pose + 13 * joint], &s14, &c14);
+        human_body_f32_sincos(q[i * q_pose + 13 * q_joint], &s14, &c14);
         float s15;
         float c15;
-        human_body_f32_sincos(q[i * pose + 14 * joint], &s15, &c15);
+        human_body_f32_sincos(q[i * q_pose + 14 * q_joint], &s15, &c15);
         float s16;
         float c16;
-        human_body_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        human_body_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s17;
         float c17;
-        human_body_f32_sincos(q[i * pose + 16 * joint], &s17, &c17);
+        human_body_f32_sincos(q[i * q_pose + 16 * q_joint], &s17, &c17);
         float s18;
         float c18;
-        human_body_f32_sincos(q[i * pose + 17 * joint], &s18, &c18);
+        human_body_f32_sincos(q[i * q_pose + 17 * q_joint], &s18, &c18);
         float s19;
         float c19;
-        human_body_f32_sincos(q[i * pose + 18 * joint], &s19, &c19);
+        human_body_f32_sincos(q[i * q_pose + 18 * q_joint], &s19, &c19);
         float s20;
         float c20;
-        human_body_f32_sincos(q[i * pose + 19 * joint], &s20, &c20);
+        human_body_f32_sincos(q[i * q_pose + 19 * q_joint], &s20, &c20);
         float s21;
         float c21;
-        human_body_f32_sincos(q[i * pose + 20 * joint], &s21, &c21);
+        human_body_f32_sincos(q[i * q_pose + 20 * q_joint], &s21, &c21);
         const float t0 = -s1;
         t[0][i] = t0;
         const float t1 = s1 * c2;
@@ -1367,17 +1366,16 @@ static inline void human_body_f32_frames_tile(const float *restrict q, ptrdiff_t
     }
 }
 
-void human_body_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void human_body_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    float copy[21][TILE];
+    float q_copy[21][TILE];
     float t[264][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_21(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[1][i] = 0.0F;
         t[3][i] = 0.0F;
@@ -1396,78 +1394,78 @@ void human_body_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptr
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        human_body_f32_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
+        human_body_f32_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_21(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 264, count, out + first, out_stride);
+            store_rows(results, 264, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 22, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 22, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 22, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 22, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void human_body_f32_position_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void human_body_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
-        human_body_f32_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        human_body_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         float s2;
         float c2;
-        human_body_f32_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        human_body_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s3;
         float c3;
-        human_body_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        human_body_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         float s4;
         float c4;
-        human_body_f32_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        human_body_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         float s5;
         float c5;
-        human_body_f32_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        human_body_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         float s6;
         float c6;
-        human_body_f32_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        human_body_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         float s7;
         float c7;
-        human_body_f32_sincos(q[i * pose + 6 * joint], &s7, &c7);
+        human_body_f32_sincos(q[i * q_pose + 6 * q_joint], &s7, &c7);
         float s8;
         float c8;
-        human_body_f32_sincos(q[i * pose + 7 * joint], &s8, &c8);
+        human_body_f32_sincos(q[i * q_pose + 7 * q_joint], &s8, &c8);
         float s9;
         float c9;
-        human_body_f32_sincos(q[i * pose + 8 * joint], &s9, &c9);
+        human_body_f32_sincos(q[i * q_pose + 8 * q_joint], &s9, &c9);
         float s10;
         float c10;
-        human_body_f32_sincos(q[i * pose + 9 * joint], &s10, &c10);
+        human_body_f32_sincos(q[i * q_pose + 9 * q_joint], &s10, &c10);
         float s11;
         float c11;
-        human_body_f32_sincos(q[i * pose + 10 * joint], &s11, &c11);
+        human_body_f32_sincos(q[i * q_pose + 10 * q_joint], &s11, &c11);
         float s12;
         float c12;
-        human_body_f32_sincos(q[i * pose + 11 * joint], &s12, &c12);
+        human_body_f32_sincos(q[i * q_pose + 11 * q_joint], &s12, &c12);
         float s13;
         float c13;
-        human_body_f32_sincos(q[i * pose + 12 * joint], &s13, &c13);
+        human_body_f32_sincos(q[i * q_pose + 12 * q_joint], &s13, &c13);
         float s14;
         float c14;
-        human_body_f32_sincos(q[i * pose + 13 * joint], &s14, &c14);
+        human_body_f32_sincos(q[i * q_pose + 13 * q_joint], &s14, &c14);
         float s15;
         float c15;
-        human_body_f32_sincos(q[i * pose + 14 * joint], &s15, &c15);
+        human_body_f32_sincos(q[i * q_pose + 14 * q_joint], &s15, &c15);
         float s16;
         float c16;
-        human_body_f32_sincos(q[i * pose + 15 * joint], &s16, &c16);
+        human_body_f32_sincos(q[i * q_pose + 15 * q_joint], &s16, &c16);
         float s17;
         float c17;
-        human_body_f32_sincos(q[i * pose + 16 * joint], &s17, &c17);
+        human_body_f32_sincos(q[i * q_pose + 16 * q_joint], &s17, &c17);
         float s18;
         float c18;
-        human_body_f32_sincos(q[i * pose + 17 * joint], &s18, &c18);
+        human_body_f32_sincos(q[i * q_pose + 17 * q_joint], &s18, &c18);
         const float t0 = c18 * 0.26F;
         const float t1 = s18 * 0.26F;
         const float t2 = t0 + 0.29F;
@@ -1581,30 +1579,29 @@ static inline void human_body_f32_position_tile(const float *restrict q, ptrdiff
     }
 }
 
-void human_body_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void human_body_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    float copy[21][TILE];
+    float q_copy[21][TILE];
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_21(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        human_body_f32_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        human_body_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_21(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

@@ -126,10 +126,18 @@ static const float human_body_f32_pairs_expected[HUMAN_BODY_F32_PAIRS][5] = {
     {2.9394531F, 0.20076576F, -3.806804e-09F, -0.9796393F, 1.547792e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float human_body_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float human_body_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -126,10 +126,18 @@ static const double human_body_pairs_expected[HUMAN_BODY_PAIRS][5] = {
     {2.939453125, 0.20076575494601873, -1.0275246099510914e-17, -0.9796392762853862, 8.731003237132856e-19}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double human_body_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double human_body_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

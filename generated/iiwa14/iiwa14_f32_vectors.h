@@ -123,10 +123,18 @@ static const float iiwa14_f32_pairs_expected[IIWA14_F32_PAIRS][5] = {
     {2.6552734F, 0.46737504F, -9.195457e-09F, -0.88405913F, -1.8758914e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float iiwa14_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float iiwa14_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

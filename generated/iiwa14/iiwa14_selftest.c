@@ -119,10 +119,9 @@ double iiwa14_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < IIWA14_VECTORS; vector++) {
-        const double *const q = iiwa14_vectors_q[vector];
         {
             double base_T_tool[16];
-            iiwa14_fk(q, base_T_tool);
+            iiwa14_fk(iiwa14_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double iiwa14_selftest(void)
         }
         {
             double base_T_frames[IIWA14_FRAMES][16];
-            iiwa14_frames(q, base_T_frames);
+            iiwa14_frames(iiwa14_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 8; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double iiwa14_selftest(void)
         }
         {
             double base_p_tool[3];
-            iiwa14_position(q, base_p_tool);
+            iiwa14_position(iiwa14_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], iiwa14_position_expected[vector][entry]);

@@ -123,10 +123,18 @@ static const double iiwa14_pairs_expected[IIWA14_PAIRS][5] = {
     {2.6552734375, 0.46737503085886417, 1.1896868111933194e-17, -0.8840591499043917, -4.483709467160614e-18}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double iiwa14_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double iiwa14_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

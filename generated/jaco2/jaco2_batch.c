@@ -16,6 +16,8 @@
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
+/* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
+enum { SHORT_TILE = 8 };
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
@@ -112,42 +114,42 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const double *q;
+    const double *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_6(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 6) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 6) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 6; joint++) {
-                copy[joint][i] = q[i * 6 + joint];
+            for (int number = 0; number < 6; number++) {
+                copy[number][i] = first[i * 6 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 6; joint++) {
-            const double *const from = q + joint * q_joint;
+        for (int number = 0; number < 6; number++) {
+            const double *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
@@ -174,8 +176,8 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -203,28 +205,101 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+/* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_6_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[SHORT_TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+    if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
+        return found;
+    }
+    if ((pose == 6) && (joint == 1) && (count == SHORT_TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < SHORT_TILE; i++) {
+            for (int number = 0; number < 6; number++) {
+                copy[number][i] = first[i * 6 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 6; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < SHORT_TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = SHORT_TILE;
+    return found;
+}
+
+/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
+static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
+    ptrdiff_t out_stride, int last_rows)
+{
+    const int size = (last_rows != 0) ? 16 : 12;
+    for (int i = 0; i < count; i++) {
+        for (int frame = 0; frame < frames; frame++) {
+            double *const to = out + i * out_stride + frame * size;
+            for (int entry = 0; entry < 12; entry++) {
+                to[entry] = t[frame * 12 + entry][i];
+            }
+            if (last_rows != 0) {
+                to[12] = 0;
+                to[13] = 0;
+                to[14] = 0;
+                to[15] = 1;
+            }
+        }
+    }
+}
+
+/* Writes one row of the result after the other. */
+static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        double *const to = out + row * out_stride;
+        if (count == SHORT_TILE) {
+            for (int i = 0; i < SHORT_TILE; i++) {
+                to[i] = t[row][i];
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double q2m3 = q[i * pose + 1 * joint] - q[i * pose + 2 * joint];
+        const double q2m3 = q[i * q_pose + 1 * q_joint] - q[i * q_pose + 2 * q_joint];
         double s1;
         double c1;
-        jaco2_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        jaco2_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         double s2;
         double c2;
-        jaco2_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        jaco2_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s2m3;
         double c2m3;
         jaco2_sincos(q2m3, &s2m3, &c2m3);
         double s4;
         double c4;
-        jaco2_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        jaco2_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s5;
         double c5;
-        jaco2_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        jaco2_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         double s6;
         double c6;
-        jaco2_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        jaco2_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         const double t0 = s2 * 0.41;
         const double t1 = c2 * 0.41;
         const double t2 = s6 * 0.5;
@@ -331,43 +406,42 @@ static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdi
     }
 }
 
-void jaco2_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void jaco2_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
 {
-    double copy[6][TILE];
+    double q_copy[6][TILE];
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        jaco2_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
+        jaco2_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-static inline void jaco2_frames_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void jaco2_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
 {
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double q2m3 = q[i * pose + 1 * joint] - q[i * pose + 2 * joint];
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q2m3 = q[i * q_pose + 1 * q_joint] - q[i * q_pose + 2 * q_joint];
         double s1;
         double c1;
-        jaco2_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        jaco2_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         t[14][i] = s1;
         t[25][i] = s1;
         t[0][i] = c1;
@@ -375,19 +449,19 @@ static inline void jaco2_frames_tile(const double *restrict q, ptrdiff_t pose, p
         t[29][i] = c1;
         double s2;
         double c2;
-        jaco2_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        jaco2_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s2m3;
         double c2m3;
         jaco2_sincos(q2m3, &s2m3, &c2m3);
         double s4;
         double c4;
-        jaco2_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        jaco2_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s5;
         double c5;
-        jaco2_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        jaco2_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         double s6;
         double c6;
-        jaco2_sincos(q[i * pose + 5 * joint], &s6, &c6);
+        jaco2_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
         const double t0 = s1 * c2;
         t[17][i] = t0;
         const double t1 = -s1;
@@ -596,18 +670,17 @@ static inline void jaco2_frames_tile(const double *restrict q, ptrdiff_t pose, p
     }
 }
 
-void jaco2_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void jaco2_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    double copy[6][TILE];
-    double t[84][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
+    double q_copy[6][SHORT_TILE];
+    double t[84][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
-    for (int i = 0; i < TILE; i++) {
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
         t[1][i] = 0.0;
         t[3][i] = 0.0;
         t[5][i] = 0.0;
@@ -619,44 +692,44 @@ void jaco2_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
         t[22][i] = 0.0;
         t[33][i] = 0.0;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
         const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        jaco2_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
-        if (left > TILE) {
+        jaco2_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 84, count, out + first, out_stride);
+            store_rows_short(results, 84, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 7, count, out + first * out_stride, out_stride, 0);
+            store_matrices_short(results, 7, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 7, count, out + first * out_stride, out_stride, 1);
+            store_matrices_short(results, 7, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void jaco2_position_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void jaco2_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double q2m3 = q[i * pose + 1 * joint] - q[i * pose + 2 * joint];
+        const double q2m3 = q[i * q_pose + 1 * q_joint] - q[i * q_pose + 2 * q_joint];
         double s1;
         double c1;
-        jaco2_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        jaco2_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         double s2;
         double c2;
-        jaco2_sincos(q[i * pose + 1 * joint], &s2, &c2);
+        jaco2_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s2m3;
         double c2m3;
         jaco2_sincos(q2m3, &s2m3, &c2m3);
         double s4;
         double c4;
-        jaco2_sincos(q[i * pose + 3 * joint], &s4, &c4);
+        jaco2_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
         double s5;
         double c5;
-        jaco2_sincos(q[i * pose + 4 * joint], &s5, &c5);
+        jaco2_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
         const double t0 = s5 * 0.17561406460551018;
         const double t1 = c5 * 0.17561406460551018;
         const double t2 = s2 * 0.41;
@@ -694,30 +767,29 @@ static inline void jaco2_position_tile(const double *restrict q, ptrdiff_t pose,
     }
 }
 
-void jaco2_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void jaco2_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    double copy[6][TILE];
+    double q_copy[6][TILE];
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
     for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        jaco2_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        jaco2_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

@@ -124,10 +124,18 @@ static const float jaco2_f32_pairs_expected[JACO2_F32_PAIRS][5] = {
     {4.8828125F, -0.98551303F, 5.005997e-09F, 0.16959974F, 6.6655206e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float jaco2_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float jaco2_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

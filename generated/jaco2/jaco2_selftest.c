@@ -119,10 +119,9 @@ double jaco2_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < JACO2_VECTORS; vector++) {
-        const double *const q = jaco2_vectors_q[vector];
         {
             double base_T_tool[16];
-            jaco2_fk(q, base_T_tool);
+            jaco2_fk(jaco2_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double jaco2_selftest(void)
         }
         {
             double base_T_frames[JACO2_FRAMES][16];
-            jaco2_frames(q, base_T_frames);
+            jaco2_frames(jaco2_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double jaco2_selftest(void)
         }
         {
             double base_p_tool[3];
-            jaco2_position(q, base_p_tool);
+            jaco2_position(jaco2_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], jaco2_position_expected[vector][entry]);

@@ -124,10 +124,18 @@ static const double jaco2_pairs_expected[JACO2_PAIRS][5] = {
     {4.8828125, -0.9855130264766997, 4.001054449744428e-17, 0.16959974836283184, 1.3812743867423236e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double jaco2_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double jaco2_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -126,10 +126,18 @@ static const float kr5_f32_pairs_expected[KR5_F32_PAIRS][5] = {
     {6.1083984F, -0.17389826F, 6.2077015e-09F, 0.9847636F, 1.9784971e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float kr5_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float kr5_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

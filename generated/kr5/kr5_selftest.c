@@ -119,10 +119,9 @@ double kr5_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < KR5_VECTORS; vector++) {
-        const double *const q = kr5_vectors_q[vector];
         {
             double base_T_tool[16];
-            kr5_fk(q, base_T_tool);
+            kr5_fk(kr5_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double kr5_selftest(void)
         }
         {
             double base_T_frames[KR5_FRAMES][16];
-            kr5_frames(q, base_T_frames);
+            kr5_frames(kr5_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double kr5_selftest(void)
         }
         {
             double base_p_tool[3];
-            kr5_position(q, base_p_tool);
+            kr5_position(kr5_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], kr5_position_expected[vector][entry]);

@@ -126,10 +126,18 @@ static const double kr5_pairs_expected[KR5_PAIRS][5] = {
     {6.1083984375, -0.17389825855803792, 1.2275230608124016e-17, 0.9847636242624327, 4.253935937376726e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double kr5_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double kr5_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -106,10 +106,9 @@ float panda_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < PANDA_F32_VECTORS; vector++) {
-        const float *const q = panda_f32_vectors_q[vector];
         {
             float base_T_tool[16];
-            panda_f32_fk(q, base_T_tool);
+            panda_f32_fk(panda_f32_vectors_q[vector], base_T_tool);
             const float *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -119,7 +118,7 @@ float panda_f32_selftest(void)
         }
         {
             float base_T_frames[PANDA_FRAMES][16];
-            panda_f32_frames(q, base_T_frames);
+            panda_f32_frames(panda_f32_vectors_q[vector], base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 9; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -129,7 +128,7 @@ float panda_f32_selftest(void)
         }
         {
             float base_p_tool[3];
-            panda_f32_position(q, base_p_tool);
+            panda_f32_position(panda_f32_vectors_q[vector], base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], panda_f32_position_expected[vector][entry]);

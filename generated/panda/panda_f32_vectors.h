@@ -123,10 +123,18 @@ static const float panda_f32_pairs_expected[PANDA_F32_PAIRS][5] = {
     {2.9189453F, 0.2208124F, -6.456291e-09F, -0.9753163F, -1.5925115e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float panda_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float panda_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

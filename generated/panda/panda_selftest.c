@@ -119,10 +119,9 @@ double panda_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < PANDA_VECTORS; vector++) {
-        const double *const q = panda_vectors_q[vector];
         {
             double base_T_tool[16];
-            panda_fk(q, base_T_tool);
+            panda_fk(panda_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double panda_selftest(void)
         }
         {
             double base_T_frames[PANDA_FRAMES][16];
-            panda_frames(q, base_T_frames);
+            panda_frames(panda_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 9; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double panda_selftest(void)
         }
         {
             double base_p_tool[3];
-            panda_position(q, base_p_tool);
+            panda_position(panda_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], panda_position_expected[vector][entry]);

@@ -123,10 +123,18 @@ static const double panda_pairs_expected[PANDA_PAIRS][5] = {
     {2.9189453125, 0.2208123887587436, -1.1512646590824189e-17, -0.975316302012151, -5.061306930649366e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double panda_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double panda_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -20,9 +20,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PLANAR_3R_SINCOS(x, s, c),
- * defined where planar_3r.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PLANAR_3R_SINCOS(x, s, c), defined
+ * where planar_3r.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -49,7 +49,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 6 multiplications, 6 additions, 1 changes of sign, 3 sine-cosine pairs.
+ * Costs 6 multiplications, 6 additions, 1 change of sign, 3 sine-cosine pairs.
  * Proven error: |px| <= 7.1e-16 m, |py| <= 7.1e-16 m, |pz| <= 0 m, rotation entries <= 1.5e-15. For q[0], q[1] and
  * q[2] anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 5.1e-12 m, |py| <= 5.1e-12 m, |pz| <= 0 m,
  * rotation entries <= 1.5e-11.

@@ -106,10 +106,9 @@ float planar_3r_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < PLANAR_3R_F32_VECTORS; vector++) {
-        const float *const q = planar_3r_f32_vectors_q[vector];
         {
             float base_T_tool[16];
-            planar_3r_f32_fk(q, base_T_tool);
+            planar_3r_f32_fk(planar_3r_f32_vectors_q[vector], base_T_tool);
             const float *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -119,7 +118,7 @@ float planar_3r_f32_selftest(void)
         }
         {
             float base_T_frames[PLANAR_3R_FRAMES][16];
-            planar_3r_f32_frames(q, base_T_frames);
+            planar_3r_f32_frames(planar_3r_f32_vectors_q[vector], base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -129,7 +128,7 @@ float planar_3r_f32_selftest(void)
         }
         {
             float base_p_tool[3];
-            planar_3r_f32_position(q, base_p_tool);
+            planar_3r_f32_position(planar_3r_f32_vectors_q[vector], base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], planar_3r_f32_position_expected[vector][entry]);

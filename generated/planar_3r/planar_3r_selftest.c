@@ -119,10 +119,9 @@ double planar_3r_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < PLANAR_3R_VECTORS; vector++) {
-        const double *const q = planar_3r_vectors_q[vector];
         {
             double base_T_tool[16];
-            planar_3r_fk(q, base_T_tool);
+            planar_3r_fk(planar_3r_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double planar_3r_selftest(void)
         }
         {
             double base_T_frames[PLANAR_3R_FRAMES][16];
-            planar_3r_frames(q, base_T_frames);
+            planar_3r_frames(planar_3r_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double planar_3r_selftest(void)
         }
         {
             double base_p_tool[3];
-            planar_3r_position(q, base_p_tool);
+            planar_3r_position(planar_3r_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], planar_3r_position_expected[vector][entry]);

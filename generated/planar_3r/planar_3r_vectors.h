@@ -126,10 +126,18 @@ static const double planar_3r_pairs_expected[PLANAR_3R_PAIRS][5] = {
     {6.28125, -0.0019353059714989746, -2.948979084049795e-20, 0.9999981272936448, 3.6077049766379305e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double planar_3r_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double planar_3r_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

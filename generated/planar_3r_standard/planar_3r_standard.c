@@ -154,7 +154,8 @@ void planar_3r_standard_fk(const double q[restrict PLANAR_3R_STANDARD_DOF], doub
     base_T_tool[15] = 1.0;
 }
 
-void planar_3r_standard_frames(const double q[restrict PLANAR_3R_STANDARD_DOF], double base_T_frames[restrict PLANAR_3R_STANDARD_FRAMES][16])
+void planar_3r_standard_frames(const double q[restrict PLANAR_3R_STANDARD_DOF],
+                               double base_T_frames[restrict PLANAR_3R_STANDARD_FRAMES][16])
 {
     const double q12 = q[0] + q[1];
     const double q123 = q[2] + q12;

@@ -133,7 +133,8 @@ void planar_3r_standard_f32_fk(const float q[restrict PLANAR_3R_STANDARD_DOF], f
     base_T_tool[15] = 1.0F;
 }
 
-void planar_3r_standard_f32_frames(const float q[restrict PLANAR_3R_STANDARD_DOF], float base_T_frames[restrict PLANAR_3R_STANDARD_FRAMES][16])
+void planar_3r_standard_f32_frames(const float q[restrict PLANAR_3R_STANDARD_DOF],
+                                   float base_T_frames[restrict PLANAR_3R_STANDARD_FRAMES][16])
 {
     const float q12 = q[0] + q[1];
     const float q123 = q[2] + q12;

@@ -21,8 +21,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PLANAR_3R_STANDARD_F32_SINCOS(x, s, c),
- * defined where planar_3r_standard_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_PLANAR_3R_STANDARD_F32_SINCOS(x, s, c), defined where planar_3r_standard_f32.c is compiled, takes the place
+ * of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -49,7 +50,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 6 multiplications, 6 additions, 1 changes of sign, 3 sine-cosine pairs.
+ * Costs 6 multiplications, 6 additions, 1 change of sign, 3 sine-cosine pairs.
  * Proven error: |px| <= 3.9e-7 m, |py| <= 3.9e-7 m, |pz| <= 0 m, rotation entries <= 7.7e-7. For q[0], q[1] and q[2]
  * anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 3.5e-4 m, |py| <= 3.5e-4 m, |pz| <= 0 m,
  * rotation entries <= 9.8e-4.
@@ -64,7 +65,8 @@ void planar_3r_standard_f32_fk(const float q[PLANAR_3R_STANDARD_DOF], float base
  * q[1] and q[2] anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 3.5e-4 m, |py| <= 3.5e-4 m,
  * |pz| <= 0 m, rotation entries <= 9.8e-4.
  */
-void planar_3r_standard_f32_frames(const float q[PLANAR_3R_STANDARD_DOF], float base_T_frames[PLANAR_3R_STANDARD_FRAMES][16]);
+void planar_3r_standard_f32_frames(const float q[PLANAR_3R_STANDARD_DOF],
+                                   float base_T_frames[PLANAR_3R_STANDARD_FRAMES][16]);
 
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector

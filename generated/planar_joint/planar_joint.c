@@ -136,7 +136,8 @@ void planar_joint_fk(const double q[restrict PLANAR_JOINT_DOF], double base_T_to
     base_T_tool[15] = 1.0;
 }
 
-void planar_joint_frames(const double q[restrict PLANAR_JOINT_DOF], double base_T_frames[restrict PLANAR_JOINT_FRAMES][16])
+void planar_joint_frames(const double q[restrict PLANAR_JOINT_DOF],
+                         double base_T_frames[restrict PLANAR_JOINT_FRAMES][16])
 {
     double s3;
     double c3;

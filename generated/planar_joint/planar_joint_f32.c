@@ -115,7 +115,8 @@ void planar_joint_f32_fk(const float q[restrict PLANAR_JOINT_DOF], float base_T_
     base_T_tool[15] = 1.0F;
 }
 
-void planar_joint_f32_frames(const float q[restrict PLANAR_JOINT_DOF], float base_T_frames[restrict PLANAR_JOINT_FRAMES][16])
+void planar_joint_f32_frames(const float q[restrict PLANAR_JOINT_DOF],
+                             float base_T_frames[restrict PLANAR_JOINT_FRAMES][16])
 {
     float s3;
     float c3;

@@ -99,42 +99,42 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const float *q;
+    const float *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_3(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     float (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 3) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 3) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 3; joint++) {
-                copy[joint][i] = q[i * 3 + joint];
+            for (int number = 0; number < 3; number++) {
+                copy[number][i] = first[i * 3 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 3; joint++) {
-            const float *const from = q + joint * q_joint;
+        for (int number = 0; number < 3; number++) {
+            const float *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
@@ -161,8 +161,8 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -190,33 +190,32 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void planar_joint_f32_fk_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void planar_joint_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s3;
         float c3;
-        planar_joint_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        planar_joint_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         t[4][i] = s3;
         t[0][i] = c3;
         t[5][i] = c3;
         const float t0 = -s3;
         t[1][i] = t0;
-        t[3][i] = q[i * pose + 0 * joint];
-        t[7][i] = q[i * pose + 1 * joint];
+        t[3][i] = q[i * q_pose + 0 * q_joint];
+        t[7][i] = q[i * q_pose + 1 * q_joint];
     }
 }
 
-void planar_joint_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void planar_joint_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
 {
-    float copy[3][TILE];
+    float q_copy[3][TILE];
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[2][i] = 0.0F;
         t[6][i] = 0.0F;
@@ -229,27 +228,27 @@ void planar_joint_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdi
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        planar_joint_f32_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
+        planar_joint_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-static inline void planar_joint_f32_frames_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void planar_joint_f32_frames_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s3;
         float c3;
-        planar_joint_f32_sincos(q[i * pose + 2 * joint], &s3, &c3);
+        planar_joint_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
         t[28][i] = s3;
         t[40][i] = s3;
         t[24][i] = c3;
@@ -259,27 +258,26 @@ static inline void planar_joint_f32_frames_tile(const float *restrict q, ptrdiff
         const float t0 = -s3;
         t[25][i] = t0;
         t[37][i] = t0;
-        t[3][i] = q[i * pose + 0 * joint];
-        t[15][i] = q[i * pose + 0 * joint];
-        t[19][i] = q[i * pose + 1 * joint];
-        t[27][i] = q[i * pose + 0 * joint];
-        t[31][i] = q[i * pose + 1 * joint];
-        t[39][i] = q[i * pose + 0 * joint];
-        t[43][i] = q[i * pose + 1 * joint];
+        t[3][i] = q[i * q_pose + 0 * q_joint];
+        t[15][i] = q[i * q_pose + 0 * q_joint];
+        t[19][i] = q[i * q_pose + 1 * q_joint];
+        t[27][i] = q[i * q_pose + 0 * q_joint];
+        t[31][i] = q[i * q_pose + 1 * q_joint];
+        t[39][i] = q[i * q_pose + 0 * q_joint];
+        t[43][i] = q[i * q_pose + 1 * q_joint];
     }
 }
 
-void planar_joint_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void planar_joint_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    float copy[3][TILE];
+    float q_copy[3][TILE];
     float t[48][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.0F;
         t[1][i] = -1.0F;
@@ -319,40 +317,39 @@ void planar_joint_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, p
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        planar_joint_f32_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
+        planar_joint_f32_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 48, count, out + first, out_stride);
+            store_rows(results, 48, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 4, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 4, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void planar_joint_f32_position_tile(const float *restrict q, ptrdiff_t pose, ptrdiff_t joint, float (*restrict t)[TILE])
+static inline void planar_joint_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        t[0][i] = q[i * pose + 0 * joint];
-        t[1][i] = q[i * pose + 1 * joint];
+        t[0][i] = q[i * q_pose + 0 * q_joint];
+        t[1][i] = q[i * q_pose + 1 * q_joint];
     }
 }
 
-void planar_joint_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout)
+void planar_joint_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    float copy[3][TILE];
+    float q_copy[3][TILE];
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[2][i] = 0.0F;
     }
@@ -360,15 +357,15 @@ void planar_joint_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose,
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        planar_joint_f32_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        planar_joint_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

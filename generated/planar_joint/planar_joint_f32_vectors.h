@@ -119,10 +119,18 @@ static const float planar_joint_f32_pairs_expected[PLANAR_JOINT_F32_PAIRS][5] = 
     {3.140625F, 0.0009676534F, 2.8738713e-11F, -0.9999995F, -8.66046e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float planar_joint_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float planar_joint_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

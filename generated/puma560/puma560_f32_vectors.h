@@ -126,10 +126,18 @@ static const float puma560_f32_pairs_expected[PUMA560_F32_PAIRS][5] = {
     {2.9667969F, 0.17390703F, 5.0733187e-09F, -0.9847621F, -2.416211e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float puma560_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float puma560_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

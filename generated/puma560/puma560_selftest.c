@@ -119,10 +119,9 @@ double puma560_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < PUMA560_VECTORS; vector++) {
-        const double *const q = puma560_vectors_q[vector];
         {
             double base_T_tool[16];
-            puma560_fk(q, base_T_tool);
+            puma560_fk(puma560_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double puma560_selftest(void)
         }
         {
             double base_T_frames[PUMA560_FRAMES][16];
-            puma560_frames(q, base_T_frames);
+            puma560_frames(puma560_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double puma560_selftest(void)
         }
         {
             double base_p_tool[3];
-            puma560_position(q, base_p_tool);
+            puma560_position(puma560_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], puma560_position_expected[vector][entry]);

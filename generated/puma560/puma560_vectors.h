@@ -126,10 +126,18 @@ static const double puma560_pairs_expected[PUMA560_PAIRS][5] = {
     {2.966796875, 0.1739070317218402, 6.028238419881173e-18, -0.9847620749793825, 5.3759871778633284e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double puma560_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double puma560_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -126,10 +126,18 @@ static const float puma560_mm_f32_pairs_expected[PUMA560_MM_F32_PAIRS][5] = {
     {3.6982422F, -0.5283445F, -1.028206e-08F, -0.8490301F, 3.9090464e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float puma560_mm_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float puma560_mm_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

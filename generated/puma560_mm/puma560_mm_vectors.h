@@ -126,10 +126,18 @@ static const double puma560_mm_pairs_expected[PUMA560_MM_PAIRS][5] = {
     {3.6982421875, -0.5283445222678381, 2.8588002607450274e-18, -0.8490300735483813, -5.0846797159302814e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double puma560_mm_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double puma560_mm_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -20,9 +20,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RPR_POLAR_SINCOS(x, s, c),
- * defined where rpr_polar.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RPR_POLAR_SINCOS(x, s, c), defined
+ * where rpr_polar.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -49,7 +49,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 6 multiplications, 1 additions, 4 changes of sign, 2 sine-cosine pairs.
+ * Costs 6 multiplications, 1 addition, 4 changes of sign, 2 sine-cosine pairs.
  * Proven error: |px| <= 1.6e-16 m, |py| <= 1.6e-16 m, |pz| <= 0 m, rotation entries <= 2.5e-16. The same for q[0] and
  * q[2] anywhere up to 100000 rad.
  */
@@ -67,7 +67,7 @@ void rpr_polar_frames(const double q[RPR_POLAR_DOF], double base_T_frames[RPR_PO
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 2 multiplications, 1 additions, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 2 multiplications, 1 addition, 1 change of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 1.6e-16 m, |py| <= 1.6e-16 m, |pz| <= 0 m. The same for q[0] and q[2] anywhere up to
  * 100000 rad.
  */

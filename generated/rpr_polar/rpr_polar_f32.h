@@ -22,7 +22,8 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RPR_POLAR_F32_SINCOS(x, s, c),
- * defined where rpr_polar_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * defined where rpr_polar_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and
+ * c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -49,7 +50,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 6 multiplications, 1 additions, 4 changes of sign, 2 sine-cosine pairs.
+ * Costs 6 multiplications, 1 addition, 4 changes of sign, 2 sine-cosine pairs.
  * Proven error: |px| <= 8.7e-8 m, |py| <= 8.7e-8 m, |pz| <= 0 m, rotation entries <= 1.4e-7. The same for q[0] and
  * q[2] anywhere up to 12000 rad.
  */
@@ -67,7 +68,7 @@ void rpr_polar_f32_frames(const float q[RPR_POLAR_DOF], float base_T_frames[RPR_
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 2 multiplications, 1 additions, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 2 multiplications, 1 addition, 1 change of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 8.7e-8 m, |py| <= 8.7e-8 m, |pz| <= 0 m. The same for q[0] and q[2] anywhere up to 12000 rad.
  */
 void rpr_polar_f32_position(const float q[RPR_POLAR_DOF], float base_p_tool[3]);

@@ -119,10 +119,9 @@ double rpr_polar_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < RPR_POLAR_VECTORS; vector++) {
-        const double *const q = rpr_polar_vectors_q[vector];
         {
             double base_T_tool[16];
-            rpr_polar_fk(q, base_T_tool);
+            rpr_polar_fk(rpr_polar_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double rpr_polar_selftest(void)
         }
         {
             double base_T_frames[RPR_POLAR_FRAMES][16];
-            rpr_polar_frames(q, base_T_frames);
+            rpr_polar_frames(rpr_polar_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double rpr_polar_selftest(void)
         }
         {
             double base_p_tool[3];
-            rpr_polar_position(q, base_p_tool);
+            rpr_polar_position(rpr_polar_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], rpr_polar_position_expected[vector][entry]);

@@ -135,7 +135,8 @@ void rrr_nonplanar_1_f32_fk(const float q[restrict RRR_NONPLANAR_1_DOF], float b
     base_T_tool[15] = 1.0F;
 }
 
-void rrr_nonplanar_1_f32_frames(const float q[restrict RRR_NONPLANAR_1_DOF], float base_T_frames[restrict RRR_NONPLANAR_1_FRAMES][16])
+void rrr_nonplanar_1_f32_frames(const float q[restrict RRR_NONPLANAR_1_DOF],
+                                float base_T_frames[restrict RRR_NONPLANAR_1_FRAMES][16])
 {
     const float q23 = q[1] + q[2];
     float s1;

@@ -119,10 +119,9 @@ double rrr_nonplanar_1_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < RRR_NONPLANAR_1_VECTORS; vector++) {
-        const double *const q = rrr_nonplanar_1_vectors_q[vector];
         {
             double base_T_tool[16];
-            rrr_nonplanar_1_fk(q, base_T_tool);
+            rrr_nonplanar_1_fk(rrr_nonplanar_1_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double rrr_nonplanar_1_selftest(void)
         }
         {
             double base_T_frames[RRR_NONPLANAR_1_FRAMES][16];
-            rrr_nonplanar_1_frames(q, base_T_frames);
+            rrr_nonplanar_1_frames(rrr_nonplanar_1_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double rrr_nonplanar_1_selftest(void)
         }
         {
             double base_p_tool[3];
-            rrr_nonplanar_1_position(q, base_p_tool);
+            rrr_nonplanar_1_position(rrr_nonplanar_1_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], rrr_nonplanar_1_position_expected[vector][entry]);

@@ -156,7 +156,8 @@ void rrr_nonplanar_5_fk(const double q[restrict RRR_NONPLANAR_5_DOF], double bas
     base_T_tool[15] = 1.0;
 }
 
-void rrr_nonplanar_5_frames(const double q[restrict RRR_NONPLANAR_5_DOF], double base_T_frames[restrict RRR_NONPLANAR_5_FRAMES][16])
+void rrr_nonplanar_5_frames(const double q[restrict RRR_NONPLANAR_5_DOF],
+                            double base_T_frames[restrict RRR_NONPLANAR_5_FRAMES][16])
 {
     const double q23 = q[1] + q[2];
     double s1;

@@ -106,10 +106,9 @@ float rrr_nonplanar_7_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < RRR_NONPLANAR_7_F32_VECTORS; vector++) {
-        const float *const q = rrr_nonplanar_7_f32_vectors_q[vector];
         {
             float base_T_tool[16];
-            rrr_nonplanar_7_f32_fk(q, base_T_tool);
+            rrr_nonplanar_7_f32_fk(rrr_nonplanar_7_f32_vectors_q[vector], base_T_tool);
             const float *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -119,7 +118,7 @@ float rrr_nonplanar_7_f32_selftest(void)
         }
         {
             float base_T_frames[RRR_NONPLANAR_7_FRAMES][16];
-            rrr_nonplanar_7_f32_frames(q, base_T_frames);
+            rrr_nonplanar_7_f32_frames(rrr_nonplanar_7_f32_vectors_q[vector], base_T_frames);
             const float *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -129,7 +128,7 @@ float rrr_nonplanar_7_f32_selftest(void)
         }
         {
             float base_p_tool[3];
-            rrr_nonplanar_7_f32_position(q, base_p_tool);
+            rrr_nonplanar_7_f32_position(rrr_nonplanar_7_f32_vectors_q[vector], base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], rrr_nonplanar_7_f32_position_expected[vector][entry]);

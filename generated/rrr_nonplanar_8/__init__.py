@@ -19,7 +19,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -57,14 +58,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("768f12e0f0123084")
+_native = load_native("b8891f18a343bcf2")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="rrr_nonplanar_8",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -76,12 +77,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="rrr_nonplanar_8",
-    dof=DOF,
-    shape=(4, 4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_frames", (4, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -93,12 +94,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="rrr_nonplanar_8",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,

@@ -10,15 +10,17 @@
 /* Frames, units and joint vector are those of rrr_nonplanar_8_f32.h. Firmware does not need this file.
  *
  *   n            number of configurations; 0 is allowed
- *   q            joint vectors; joint j of configuration i stands at q[i * q_pose + j * q_joint]
- *   out          results; must not overlap q
- *   layout 0     configuration i starts at out[i * out_stride]: 4x4 matrices, row by row, the last row 0 0 0 1
+ *   x            an input; number j of configuration i stands at x[i * x_pose + j * x_joint], j counting through the
+ *                upper three rows of a matrix row by row
+ *   y            a result; must not overlap an input or another result
+ *   layout 0     configuration i starts at y[i * y_stride]: 4x4 matrices, row by row, the last row 0 0 0 1
  *   layout 1     the same without the last rows: 3x4 matrices, row by row
- *   layout 2     number r of every configuration in one row: out[r * out_stride + i], r counting through the 3x4
+ *   layout 2     number r of every configuration in one row: y[r * y_stride + i], r counting through the 3x4
  *                matrices row by row
  *
- * Positions are x, y, z in layouts 0 and 1, and one row each in layout 2. All strides count elements. A result does not
- * depend on its place in the batch. The functions keep no state; threads may share out a batch between them.
+ * What is no pose is written row by row in layouts 0 and 1, and one row each in layout 2. All strides count elements.
+ * A result does not depend on its place in the batch. The functions keep no state; threads may share out a batch
+ * between them.
  */
 #ifndef KINEGEN_RRR_NONPLANAR_8_F32_BATCH_H_INCLUDED
 #define KINEGEN_RRR_NONPLANAR_8_F32_BATCH_H_INCLUDED
@@ -32,16 +34,13 @@ extern "C" {
 #endif
 
 /* Pose of the tool in the base frame. 12 numbers for each configuration. */
-void rrr_nonplanar_8_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout);
+void rrr_nonplanar_8_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout);
 
 /* Poses of all links and named frames in the base frame. 48 numbers for each configuration. */
-void rrr_nonplanar_8_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout);
+void rrr_nonplanar_8_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout);
 
 /* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
-void rrr_nonplanar_8_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    float *out, ptrdiff_t out_stride, int layout);
+void rrr_nonplanar_8_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
 
 #ifdef __cplusplus
 }

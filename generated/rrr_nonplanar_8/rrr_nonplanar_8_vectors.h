@@ -125,10 +125,18 @@ static const double rrr_nonplanar_8_pairs_expected[RRR_NONPLANAR_8_PAIRS][5] = {
     {4.9228515625, -0.977934380265551, -3.2996971444486646e-17, 0.20891229713598145, -1.2577004679319207e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double rrr_nonplanar_8_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double rrr_nonplanar_8_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

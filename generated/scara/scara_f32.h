@@ -49,7 +49,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 4 multiplications, 4 additions, 1 changes of sign, 2 sine-cosine pairs.
+ * Costs 4 multiplications, 4 additions, 1 change of sign, 2 sine-cosine pairs.
  * Proven error: |px| <= 1.5e-7 m, |py| <= 1.5e-7 m, |pz| <= 6.6e-8 m, rotation entries <= 3.0e-7. For q[0] and q[1]
  * anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 1.3e-4 m, |py| <= 1.3e-4 m, |pz| <= 6.6e-8 m,
  * rotation entries <= 4.9e-4.

@@ -119,10 +119,9 @@ double scara_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < SCARA_VECTORS; vector++) {
-        const double *const q = scara_vectors_q[vector];
         {
             double base_T_tool[16];
-            scara_fk(q, base_T_tool);
+            scara_fk(scara_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double scara_selftest(void)
         }
         {
             double base_T_frames[SCARA_FRAMES][16];
-            scara_frames(q, base_T_frames);
+            scara_frames(scara_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double scara_selftest(void)
         }
         {
             double base_p_tool[3];
-            scara_position(q, base_p_tool);
+            scara_position(scara_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], scara_position_expected[vector][entry]);

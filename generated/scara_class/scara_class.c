@@ -147,7 +147,8 @@ void scara_class_fk(const double q[restrict SCARA_CLASS_DOF], double base_T_tool
     base_T_tool[15] = 1.0;
 }
 
-void scara_class_frames(const double q[restrict SCARA_CLASS_DOF], double base_T_frames[restrict SCARA_CLASS_FRAMES][16])
+void scara_class_frames(const double q[restrict SCARA_CLASS_DOF],
+                        double base_T_frames[restrict SCARA_CLASS_FRAMES][16])
 {
     const double q12 = q[0] + q[1];
     double s1;

@@ -126,7 +126,8 @@ void scara_class_f32_fk(const float q[restrict SCARA_CLASS_DOF], float base_T_to
     base_T_tool[15] = 1.0F;
 }
 
-void scara_class_f32_frames(const float q[restrict SCARA_CLASS_DOF], float base_T_frames[restrict SCARA_CLASS_FRAMES][16])
+void scara_class_f32_frames(const float q[restrict SCARA_CLASS_DOF],
+                            float base_T_frames[restrict SCARA_CLASS_FRAMES][16])
 {
     const float q12 = q[0] + q[1];
     float s1;

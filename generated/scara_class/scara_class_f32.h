@@ -21,8 +21,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_CLASS_F32_SINCOS(x, s, c),
- * defined where scara_class_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_SCARA_CLASS_F32_SINCOS(x, s, c), defined where scara_class_f32.c is compiled, takes the place of the pair:
+ * it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -69,7 +70,7 @@ void scara_class_f32_frames(const float q[SCARA_CLASS_DOF], float base_T_frames[
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 4 multiplications, 3 additions, 1 changes of sign, 2 sine-cosine pairs.
+ * Costs 4 multiplications, 3 additions, 1 change of sign, 2 sine-cosine pairs.
  * Proven error: |px| <= 1.5e-7 m, |py| <= 1.5e-7 m, |pz| <= 0 m. For q[0] and q[1] anywhere up to 12000 rad, as far as
  * sums of angles are too: |px| <= 1.3e-4 m, |py| <= 1.3e-4 m, |pz| <= 0 m.
  */

@@ -18,9 +18,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCREW_SINCOS(x, s, c),
- * defined where screw.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCREW_SINCOS(x, s, c), defined where
+ * screw.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -45,7 +45,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 1 multiplications, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 1 multiplication, 1 change of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.4e-19 m, rotation entries <= 9.5e-17. For q[0] anywhere up to
  * 100000 rad, as far as sums of angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 7.9e-15 m, rotation
  * entries <= 9.5e-17.
@@ -55,7 +55,7 @@ void screw_fk(const double q[SCREW_DOF], double base_T_tool[16]);
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of SCREW_FRAME_*
- * Costs 1 multiplications, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 1 multiplication, 1 change of sign, 1 sine-cosine pair.
  * Proven error of any frame: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.4e-19 m, rotation entries <= 9.5e-17. For q[0]
  * anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 7.9e-15 m, rotation
  * entries <= 9.5e-17.
@@ -65,7 +65,7 @@ void screw_frames(const double q[SCREW_DOF], double base_T_frames[SCREW_FRAMES][
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 1 multiplications.
+ * Costs 1 multiplication.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.4e-19 m. For q[0] anywhere up to 100000 rad, as far as sums of
  * angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 7.9e-15 m.
  */

@@ -112,42 +112,42 @@ enum { COPY_FIRST = 1 };
 enum { COPY_FIRST = 0 };
 #endif
 
-/* The joint values of one tile: joint j of configuration i stands at q[i * pose + j * joint]. */
+/* An input of one tile: number j of configuration i stands at first[i * pose + j * joint]. */
 typedef struct {
-    const double *q;
+    const double *first;
     ptrdiff_t pose;
     ptrdiff_t joint;
-} tile_inputs;
+} tile_input;
 
-/* Finds the joint values of the tile that starts at q, of which left configurations are left. A last tile that is not
-   full is copied and filled up with zeros. */
-static inline tile_inputs find_tile(const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, size_t left,
+/* Finds the 1 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_1(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_inputs found = {q, q_pose, q_joint};
+    tile_input found = {first, pose, joint};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
         return found;
     }
-    if ((q_pose == 1) && (q_joint == 1) && (count == TILE)) {
+    if ((pose == 1) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
-            for (int joint = 0; joint < 1; joint++) {
-                copy[joint][i] = q[i * 1 + joint];
+            for (int number = 0; number < 1; number++) {
+                copy[number][i] = first[i * 1 + number];
             }
         }
     } else {
-        for (int joint = 0; joint < 1; joint++) {
-            const double *const from = q + joint * q_joint;
+        for (int number = 0; number < 1; number++) {
+            const double *const from = first + number * joint;
             for (int i = 0; i < count; i++) {
-                copy[joint][i] = from[i * q_pose];
+                copy[number][i] = from[i * pose];
             }
             for (int i = count; i < TILE; i++) {
-                copy[joint][i] = 0;
+                copy[number][i] = 0;
             }
         }
     }
-    found.q = &copy[0][0];
+    found.first = &copy[0][0];
     found.pose = 1;
     found.joint = TILE;
     return found;
@@ -174,8 +174,8 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     }
 }
 
-/* Writes the points of each configuration. */
-static inline void store_points(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
+/* Writes the numbers of each configuration. */
+static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
     for (int i = 0; i < count; i++) {
@@ -203,33 +203,32 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-static inline void screw_fk_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void screw_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         double s1;
         double c1;
-        screw_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        screw_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         t[4][i] = s1;
         t[0][i] = c1;
         t[5][i] = c1;
         const double t0 = -s1;
         t[1][i] = t0;
-        const double t1 = q[i * pose + 0 * joint] * 0.0007957747154594767;
+        const double t1 = q[i * q_pose + 0 * q_joint] * 0.0007957747154594767;
         t[11][i] = t1;
     }
 }
 
-void screw_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void screw_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
 {
-    double copy[1][TILE];
+    double q_copy[1][TILE];
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_1(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[2][i] = 0.0;
         t[3][i] = 0.0;
@@ -243,27 +242,27 @@ void screw_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joi
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        screw_fk_tile(inputs.q, inputs.pose, inputs.joint, t);
+        screw_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_1(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 12, count, out + first, out_stride);
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
         } else if (layout == 1) {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
         } else {
-            store_matrices(results, 1, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
         }
     }
 }
 
-static inline void screw_frames_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void screw_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
         double s1;
         double c1;
-        screw_sincos(q[i * pose + 0 * joint], &s1, &c1);
+        screw_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
         t[4][i] = s1;
         t[16][i] = s1;
         t[0][i] = c1;
@@ -273,23 +272,22 @@ static inline void screw_frames_tile(const double *restrict q, ptrdiff_t pose, p
         const double t0 = -s1;
         t[1][i] = t0;
         t[13][i] = t0;
-        const double t1 = q[i * pose + 0 * joint] * 0.0007957747154594767;
+        const double t1 = q[i * q_pose + 0 * q_joint] * 0.0007957747154594767;
         t[11][i] = t1;
         t[23][i] = t1;
     }
 }
 
-void screw_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void screw_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
 {
-    double copy[1][TILE];
+    double q_copy[1][TILE];
     double t[24][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_1(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[2][i] = 0.0;
         t[3][i] = 0.0;
@@ -310,40 +308,39 @@ void screw_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        screw_frames_tile(inputs.q, inputs.pose, inputs.joint, t);
+        screw_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_1(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 24, count, out + first, out_stride);
+            store_rows(results, 24, count, base_T_frames + first, base_T_frames_stride);
         } else if (layout == 1) {
-            store_matrices(results, 2, count, out + first * out_stride, out_stride, 0);
+            store_matrices(results, 2, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
         } else {
-            store_matrices(results, 2, count, out + first * out_stride, out_stride, 1);
+            store_matrices(results, 2, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
         }
     }
 }
 
-static inline void screw_position_tile(const double *restrict q, ptrdiff_t pose, ptrdiff_t joint, double (*restrict t)[TILE])
+static inline void screw_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double t0 = q[i * pose + 0 * joint] * 0.0007957747154594767;
+        const double t0 = q[i * q_pose + 0 * q_joint] * 0.0007957747154594767;
         t[2][i] = t0;
     }
 }
 
-void screw_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint,
-    double *out, ptrdiff_t out_stride, int layout)
+void screw_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
 {
-    double copy[1][TILE];
+    double q_copy[1][TILE];
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_inputs inputs = find_tile(q, q_pose, q_joint, n, copy);
+    tile_input q_tile = find_tile_1(q, q_pose, q_joint, n, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[0][i] = 0.0;
         t[1][i] = 0.0;
@@ -352,15 +349,15 @@ void screw_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        screw_position_tile(inputs.q, inputs.pose, inputs.joint, t);
+        screw_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            inputs = find_tile(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, copy);
+            q_tile = find_tile_1(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, out + first, out_stride);
+            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
-            store_points(results, 3, count, out + first * out_stride, out_stride);
+            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
         }
     }
 }

@@ -45,7 +45,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 1 multiplications, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 1 multiplication, 1 change of sign, 1 sine-cosine pair.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.1e-10 m, rotation entries <= 5.5e-8. For q[0] anywhere up to
  * 12000 rad, as far as sums of angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 8.2e-7 m, rotation entries <= 5.5e-8.
  */
@@ -54,7 +54,7 @@ void screw_f32_fk(const float q[SCREW_DOF], float base_T_tool[16]);
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of SCREW_FRAME_*
- * Costs 1 multiplications, 1 changes of sign, 1 sine-cosine pairs.
+ * Costs 1 multiplication, 1 change of sign, 1 sine-cosine pair.
  * Proven error of any frame: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.1e-10 m, rotation entries <= 5.5e-8. For q[0]
  * anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 8.2e-7 m, rotation
  * entries <= 5.5e-8.
@@ -64,7 +64,7 @@ void screw_f32_frames(const float q[SCREW_DOF], float base_T_frames[SCREW_FRAMES
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 1 multiplications.
+ * Costs 1 multiplication.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.1e-10 m. For q[0] anywhere up to 12000 rad, as far as sums of
  * angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 8.2e-7 m.
  */

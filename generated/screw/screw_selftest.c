@@ -119,10 +119,9 @@ double screw_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < SCREW_VECTORS; vector++) {
-        const double *const q = screw_vectors_q[vector];
         {
             double base_T_tool[16];
-            screw_fk(q, base_T_tool);
+            screw_fk(screw_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double screw_selftest(void)
         }
         {
             double base_T_frames[SCREW_FRAMES][16];
-            screw_frames(q, base_T_frames);
+            screw_frames(screw_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 2; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double screw_selftest(void)
         }
         {
             double base_p_tool[3];
-            screw_position(q, base_p_tool);
+            screw_position(screw_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], screw_position_expected[vector][entry]);

@@ -151,7 +151,8 @@ void spherical_arm_fk(const double q[restrict SPHERICAL_ARM_DOF], double base_T_
     base_T_tool[15] = 1.0;
 }
 
-void spherical_arm_frames(const double q[restrict SPHERICAL_ARM_DOF], double base_T_frames[restrict SPHERICAL_ARM_FRAMES][16])
+void spherical_arm_frames(const double q[restrict SPHERICAL_ARM_DOF],
+                          double base_T_frames[restrict SPHERICAL_ARM_FRAMES][16])
 {
     double s1;
     double c1;

@@ -130,7 +130,8 @@ void spherical_arm_f32_fk(const float q[restrict SPHERICAL_ARM_DOF], float base_
     base_T_tool[15] = 1.0F;
 }
 
-void spherical_arm_f32_frames(const float q[restrict SPHERICAL_ARM_DOF], float base_T_frames[restrict SPHERICAL_ARM_FRAMES][16])
+void spherical_arm_f32_frames(const float q[restrict SPHERICAL_ARM_DOF],
+                              float base_T_frames[restrict SPHERICAL_ARM_FRAMES][16])
 {
     float s1;
     float c1;

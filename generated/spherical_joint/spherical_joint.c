@@ -161,7 +161,8 @@ void spherical_joint_fk(const double q[restrict SPHERICAL_JOINT_DOF], double bas
     base_T_tool[15] = 1.0;
 }
 
-void spherical_joint_frames(const double q[restrict SPHERICAL_JOINT_DOF], double base_T_frames[restrict SPHERICAL_JOINT_FRAMES][16])
+void spherical_joint_frames(const double q[restrict SPHERICAL_JOINT_DOF],
+                            double base_T_frames[restrict SPHERICAL_JOINT_FRAMES][16])
 {
     double s1;
     double c1;

@@ -140,7 +140,8 @@ void spherical_joint_f32_fk(const float q[restrict SPHERICAL_JOINT_DOF], float b
     base_T_tool[15] = 1.0F;
 }
 
-void spherical_joint_f32_frames(const float q[restrict SPHERICAL_JOINT_DOF], float base_T_frames[restrict SPHERICAL_JOINT_FRAMES][16])
+void spherical_joint_f32_frames(const float q[restrict SPHERICAL_JOINT_DOF],
+                                float base_T_frames[restrict SPHERICAL_JOINT_FRAMES][16])
 {
     float s1;
     float c1;

@@ -124,10 +124,18 @@ static const double spherical_joint_pairs_expected[SPHERICAL_JOINT_PAIRS][5] = {
     {3.1357421875, 0.0058504327149368415, 2.206105553010684e-19, -0.9999828860720807, 1.1566332026059371e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double spherical_joint_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double spherical_joint_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

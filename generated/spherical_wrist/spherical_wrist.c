@@ -164,7 +164,8 @@ void spherical_wrist_fk(const double q[restrict SPHERICAL_WRIST_DOF], double bas
     base_T_tool[15] = 1.0;
 }
 
-void spherical_wrist_frames(const double q[restrict SPHERICAL_WRIST_DOF], double base_T_frames[restrict SPHERICAL_WRIST_FRAMES][16])
+void spherical_wrist_frames(const double q[restrict SPHERICAL_WRIST_DOF],
+                            double base_T_frames[restrict SPHERICAL_WRIST_FRAMES][16])
 {
     double s1;
     double c1;

@@ -20,9 +20,10 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SPHERICAL_WRIST_SINCOS(x, s, c),
- * defined where spherical_wrist.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SPHERICAL_WRIST_SINCOS(x, s, c),
+ * defined where spherical_wrist.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s
+ * and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)

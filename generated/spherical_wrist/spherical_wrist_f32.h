@@ -21,8 +21,9 @@
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SPHERICAL_WRIST_F32_SINCOS(x, s, c),
- * defined where spherical_wrist_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. A macro
+ * KINEGEN_SPHERICAL_WRIST_F32_SINCOS(x, s, c), defined where spherical_wrist_f32.c is compiled, takes the place of the
+ * pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)

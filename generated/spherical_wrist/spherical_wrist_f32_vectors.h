@@ -124,10 +124,18 @@ static const float spherical_wrist_f32_pairs_expected[SPHERICAL_WRIST_F32_PAIRS]
     {3.1357422F, 0.005850433F, -1.9136298e-10F, -0.9999829F, 7.3948687e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float spherical_wrist_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float spherical_wrist_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

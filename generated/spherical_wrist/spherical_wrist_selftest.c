@@ -119,10 +119,9 @@ double spherical_wrist_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < SPHERICAL_WRIST_VECTORS; vector++) {
-        const double *const q = spherical_wrist_vectors_q[vector];
         {
             double base_T_tool[16];
-            spherical_wrist_fk(q, base_T_tool);
+            spherical_wrist_fk(spherical_wrist_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double spherical_wrist_selftest(void)
         }
         {
             double base_T_frames[SPHERICAL_WRIST_FRAMES][16];
-            spherical_wrist_frames(q, base_T_frames);
+            spherical_wrist_frames(spherical_wrist_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 4; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double spherical_wrist_selftest(void)
         }
         {
             double base_p_tool[3];
-            spherical_wrist_position(q, base_p_tool);
+            spherical_wrist_position(spherical_wrist_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], spherical_wrist_position_expected[vector][entry]);

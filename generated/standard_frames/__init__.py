@@ -19,7 +19,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -59,14 +60,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("12c9bfa79d85dc16")
+_native = load_native("0af2f0b20a4c0453")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="standard_frames",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -74,16 +75,16 @@ fk = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 3) gives (..., 4, 4); angles in rad, lengths in m.
-    1 additions for a configuration.
+    1 addition for a configuration.
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="standard_frames",
-    dof=DOF,
-    shape=(6, 4, 4),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_T_frames", (6, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -91,16 +92,16 @@ frames = Kernel(
     doc="""Poses of all links and named frames in the base frame.
 
     q of shape (..., 3) gives (..., 6, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    1 additions for a configuration.
+    1 addition for a configuration.
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="standard_frames",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (3,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
@@ -108,7 +109,7 @@ position = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 3) gives (..., 3); angles in rad, lengths in m.
-    1 additions for a configuration.
+    1 addition for a configuration.
     """,
 )
 

@@ -42,7 +42,8 @@ void standard_frames_fk(const double q[restrict STANDARD_FRAMES_DOF], double bas
     base_T_tool[15] = 1.0;
 }
 
-void standard_frames_frames(const double q[restrict STANDARD_FRAMES_DOF], double base_T_frames[restrict STANDARD_FRAMES_FRAMES][16])
+void standard_frames_frames(const double q[restrict STANDARD_FRAMES_DOF],
+                            double base_T_frames[restrict STANDARD_FRAMES_FRAMES][16])
 {
     const double t0 = q[2] - 0.5;
     base_T_frames[3][11] = t0;

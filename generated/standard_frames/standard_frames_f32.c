@@ -34,7 +34,8 @@ void standard_frames_f32_fk(const float q[restrict STANDARD_FRAMES_DOF], float b
     base_T_tool[15] = 1.0F;
 }
 
-void standard_frames_f32_frames(const float q[restrict STANDARD_FRAMES_DOF], float base_T_frames[restrict STANDARD_FRAMES_FRAMES][16])
+void standard_frames_f32_frames(const float q[restrict STANDARD_FRAMES_DOF],
+                                float base_T_frames[restrict STANDARD_FRAMES_FRAMES][16])
 {
     const float t0 = q[2] - 0.5F;
     base_T_frames[3][11] = t0;

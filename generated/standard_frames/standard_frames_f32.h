@@ -45,7 +45,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 1 additions.
+ * Costs 1 addition.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 1.2e-7 m, rotation entries <= 0.
  */
 void standard_frames_f32_fk(const float q[STANDARD_FRAMES_DOF], float base_T_tool[16]);
@@ -53,7 +53,7 @@ void standard_frames_f32_fk(const float q[STANDARD_FRAMES_DOF], float base_T_too
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of STANDARD_FRAMES_FRAME_*
- * Costs 1 additions.
+ * Costs 1 addition.
  * Proven error of any frame: |px| <= 0 m, |py| <= 0 m, |pz| <= 1.2e-7 m, rotation entries <= 0.
  */
 void standard_frames_f32_frames(const float q[STANDARD_FRAMES_DOF], float base_T_frames[STANDARD_FRAMES_FRAMES][16]);
@@ -61,7 +61,7 @@ void standard_frames_f32_frames(const float q[STANDARD_FRAMES_DOF], float base_T
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 1 additions.
+ * Costs 1 addition.
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 1.2e-7 m.
  */
 void standard_frames_f32_position(const float q[STANDARD_FRAMES_DOF], float base_p_tool[3]);

@@ -97,7 +97,15 @@ static const float standard_frames_f32_position_expected[STANDARD_FRAMES_F32_VEC
     {1.4306641F, 0.6699219F, -0.16503906F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float standard_frames_f32_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

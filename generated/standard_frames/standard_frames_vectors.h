@@ -97,7 +97,15 @@ static const double standard_frames_position_expected[STANDARD_FRAMES_VECTORS][3
     {1.4306640625, 0.669921875, -0.1650390625}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double standard_frames_selftest(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

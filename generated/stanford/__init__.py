@@ -22,7 +22,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -69,14 +70,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("163c8ad66b1b8a30")
+_native = load_native("562d967d506cd7c4")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="stanford",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -88,12 +89,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="stanford",
-    dof=DOF,
-    shape=(7, 4, 4),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_frames", (7, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -105,12 +106,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="stanford",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,

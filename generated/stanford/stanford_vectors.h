@@ -127,10 +127,18 @@ static const double stanford_pairs_expected[STANFORD_PAIRS][5] = {
     {3.140625, 0.0009676534387822795, 6.480677570817388e-21, -0.9999995318233016, -2.1076911677530006e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double stanford_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double stanford_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

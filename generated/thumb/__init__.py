@@ -21,7 +21,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -65,14 +66,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("338c266aff7838d0")
+_native = load_native("8a8e0121a750c68d")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="thumb",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (5,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -84,12 +85,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="thumb",
-    dof=DOF,
-    shape=(6, 4, 4),
+    inputs=(Array("q", (5,)),),
+    results=(Array("base_T_frames", (6, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -101,12 +102,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="thumb",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (5,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
@@ -114,7 +115,7 @@ position = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 5) gives (..., 3); angles in rad, lengths in mm.
-    14 multiplications, 8 additions, 1 changes of sign, 5 sine-cosine pairs for a configuration.
+    14 multiplications, 8 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 

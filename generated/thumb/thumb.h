@@ -22,9 +22,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_THUMB_SINCOS(x, s, c),
- * defined where thumb.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_THUMB_SINCOS(x, s, c), defined where
+ * thumb.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -68,7 +68,7 @@ void thumb_frames(const double q[THUMB_DOF], double base_T_frames[THUMB_FRAMES][
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 8 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 8 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 1.1e-13 mm, |py| <= 1.1e-13 mm, |pz| <= 6.5e-14 mm.
  */
 void thumb_position(const double q[THUMB_DOF], double base_p_tool[3]);

@@ -68,7 +68,7 @@ void thumb_f32_frames(const float q[THUMB_DOF], float base_T_frames[THUMB_FRAMES
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 8 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 8 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 6.0e-5 mm, |py| <= 6.0e-5 mm, |pz| <= 3.6e-5 mm.
  */
 void thumb_f32_position(const float q[THUMB_DOF], float base_p_tool[3]);

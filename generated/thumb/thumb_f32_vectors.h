@@ -127,10 +127,18 @@ static const float thumb_f32_pairs_expected[THUMB_F32_PAIRS][5] = {
     {1.9101562F, 0.94296795F, -2.15574e-08F, -0.3328836F, 7.9375e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float thumb_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float thumb_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double thumb_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < THUMB_VECTORS; vector++) {
-        const double *const q = thumb_vectors_q[vector];
         {
             double base_T_tool[16];
-            thumb_fk(q, base_T_tool);
+            thumb_fk(thumb_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double thumb_selftest(void)
         }
         {
             double base_T_frames[THUMB_FRAMES][16];
-            thumb_frames(q, base_T_frames);
+            thumb_frames(thumb_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 6; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double thumb_selftest(void)
         }
         {
             double base_p_tool[3];
-            thumb_position(q, base_p_tool);
+            thumb_position(thumb_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], thumb_position_expected[vector][entry]);

@@ -127,10 +127,18 @@ static const double thumb_pairs_expected[THUMB_PAIRS][5] = {
     {1.91015625, 0.9429679297403607, 1.1417178129308127e-17, -0.332883588482788, -1.2621282514211783e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double thumb_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double thumb_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

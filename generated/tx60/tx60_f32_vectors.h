@@ -126,10 +126,18 @@ static const float tx60_f32_pairs_expected[TX60_F32_PAIRS][5] = {
     {4.711914F, -0.9999999F, -6.4357932e-09F, -0.00047491788F, 1.0162684e-11F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float tx60_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float tx60_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

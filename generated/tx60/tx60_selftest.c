@@ -119,10 +119,9 @@ double tx60_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < TX60_VECTORS; vector++) {
-        const double *const q = tx60_vectors_q[vector];
         {
             double base_T_tool[16];
-            tx60_fk(q, base_T_tool);
+            tx60_fk(tx60_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double tx60_selftest(void)
         }
         {
             double base_T_frames[TX60_FRAMES][16];
-            tx60_frames(q, base_T_frames);
+            tx60_frames(tx60_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double tx60_selftest(void)
         }
         {
             double base_p_tool[3];
-            tx60_position(q, base_p_tool);
+            tx60_position(tx60_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], tx60_position_expected[vector][entry]);

@@ -126,10 +126,18 @@ static const double tx60_pairs_expected[TX60_PAIRS][5] = {
     {4.7119140625, -0.9999998872265036, 4.937115334946709e-17, -0.00047491786683714074, -1.7544871476090953e-20}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double tx60_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double tx60_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

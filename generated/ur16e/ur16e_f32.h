@@ -70,7 +70,7 @@ void ur16e_f32_frames(const float q[UR16E_DOF], float base_T_frames[UR16E_FRAMES
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 12 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 8.4e-7 m, |py| <= 8.4e-7 m, |pz| <= 7.1e-7 m.
  */
 void ur16e_f32_position(const float q[UR16E_DOF], float base_p_tool[3]);

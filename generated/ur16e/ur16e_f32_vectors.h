@@ -125,10 +125,18 @@ static const float ur16e_f32_pairs_expected[UR16E_F32_PAIRS][5] = {
     {18.84668F, -0.00287623F, -2.3168493e-11F, 0.9999959F, -2.3637782e-08F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float ur16e_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float ur16e_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double ur16e_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < UR16E_VECTORS; vector++) {
-        const double *const q = ur16e_vectors_q[vector];
         {
             double base_T_tool[16];
-            ur16e_fk(q, base_T_tool);
+            ur16e_fk(ur16e_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double ur16e_selftest(void)
         }
         {
             double base_T_frames[UR16E_FRAMES][16];
-            ur16e_frames(q, base_T_frames);
+            ur16e_frames(ur16e_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double ur16e_selftest(void)
         }
         {
             double base_p_tool[3];
-            ur16e_position(q, base_p_tool);
+            ur16e_position(ur16e_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], ur16e_position_expected[vector][entry]);

@@ -22,7 +22,8 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 from . import _numpy
-from ._kernel import Kernel, load_native
+from ._engines import Array, Floats, load_native
+from ._kernel import Kernel
 
 __all__ = [
     "DOF",
@@ -69,14 +70,14 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("3c7da42aff10b8bb")
+_native = load_native("50c9908a96765f0a")
 
-fk = Kernel(
+fk: Kernel[Floats] = Kernel(
     "fk",
     module=__name__,
     symbol="ur3",
-    dof=DOF,
-    shape=(4, 4),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.fk,
     native=_native,
@@ -88,12 +89,12 @@ fk = Kernel(
     """,
 )
 
-frames = Kernel(
+frames: Kernel[Floats] = Kernel(
     "frames",
     module=__name__,
     symbol="ur3",
-    dof=DOF,
-    shape=(7, 4, 4),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_frames", (7, 4, 4), True),),
     reals=("float64", "float32"),
     formula=_numpy.frames,
     native=_native,
@@ -105,12 +106,12 @@ frames = Kernel(
     """,
 )
 
-position = Kernel(
+position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
     symbol="ur3",
-    dof=DOF,
-    shape=(3,),
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_p_tool", (3,)),),
     reals=("float64", "float32"),
     formula=_numpy.position,
     native=_native,
@@ -118,7 +119,7 @@ position = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
-    14 multiplications, 12 additions, 1 changes of sign, 5 sine-cosine pairs for a configuration.
+    14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 

@@ -23,9 +23,9 @@
  * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
  * interrupts. Inputs and outputs must not overlap. Limits are not checked.
  *
- * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR3_SINCOS(x, s, c),
- * defined where ur3.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
+ * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR3_SINCOS(x, s, c), defined where
+ * ur3.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
@@ -73,7 +73,7 @@ void ur3_frames(const double q[UR3_DOF], double base_T_frames[UR3_FRAMES][16]);
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 12 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 9.3e-16 m, |py| <= 9.3e-16 m, |pz| <= 7.9e-16 m. The same for q[5] anywhere up to 100000 rad.
  */
 void ur3_position(const double q[UR3_DOF], double base_p_tool[3]);

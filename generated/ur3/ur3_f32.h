@@ -73,7 +73,7 @@ void ur3_f32_frames(const float q[UR3_DOF], float base_T_frames[UR3_FRAMES][16])
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 12 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 5.1e-7 m, |py| <= 5.1e-7 m, |pz| <= 4.3e-7 m. The same for q[5] anywhere up to 12000 rad.
  */
 void ur3_f32_position(const float q[UR3_DOF], float base_p_tool[3]);

@@ -125,10 +125,18 @@ static const float ur3_f32_pairs_expected[UR3_F32_PAIRS][5] = {
     {12.564453F, -0.0019174882F, -9.633752e-12F, 0.99999815F, 9.36183e-09F}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 float ur3_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 float ur3_f32_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -119,10 +119,9 @@ double ur3_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < UR3_VECTORS; vector++) {
-        const double *const q = ur3_vectors_q[vector];
         {
             double base_T_tool[16];
-            ur3_fk(q, base_T_tool);
+            ur3_fk(ur3_vectors_q[vector], base_T_tool);
             const double *const found = &base_T_tool[0];
             for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -132,7 +131,7 @@ double ur3_selftest(void)
         }
         {
             double base_T_frames[UR3_FRAMES][16];
-            ur3_frames(q, base_T_frames);
+            ur3_frames(ur3_vectors_q[vector], base_T_frames);
             const double *const found = &base_T_frames[0][0];
             for (int frame = 0; frame < 7; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
@@ -142,7 +141,7 @@ double ur3_selftest(void)
         }
         {
             double base_p_tool[3];
-            ur3_position(q, base_p_tool);
+            ur3_position(ur3_vectors_q[vector], base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 worst = worst_of(worst, found[entry], ur3_position_expected[vector][entry]);

@@ -125,10 +125,18 @@ static const double ur3_pairs_expected[UR3_PAIRS][5] = {
     {12.564453125, -0.0019174881841467345, 7.148196402160705e-21, 0.999998161617842, -4.74681708850795e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double ur3_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double ur3_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -70,7 +70,7 @@ void ur5_f32_frames(const float q[UR5_DOF], float base_T_frames[UR5_FRAMES][16])
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 12 additions, 1 changes of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 6.9e-7 m, |py| <= 6.9e-7 m, |pz| <= 6.1e-7 m.
  */
 void ur5_f32_position(const float q[UR5_DOF], float base_p_tool[3]);

@@ -125,10 +125,18 @@ static const double ur5_pairs_expected[UR5_PAIRS][5] = {
     {18.8466796875, -0.0028762300730468516, -1.7565327350310505e-19, 0.9999958636417288, -4.5492413478228485e-17}
 };
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
 double ur5_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */
 double ur5_selftest_sincos(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
