@@ -6,7 +6,7 @@ import pytest
 
 from kinegen.emit.words import brief, result_text
 from kinegen.errors import KinegenError
-from kinegen.outputs import Kind, Quantity, parse_quantity
+from kinegen.outputs import Kind, Quantity, Signature, parse_quantity
 from kinegen.robot.load import load
 from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation
 
@@ -28,7 +28,7 @@ def test_an_orientation_without_its_order_is_refused_with_the_list(word: str, na
 
 @pytest.mark.parametrize("kind", [*FORMS, *JACOBIANS])
 def test_the_text_of_an_output_says_its_order(kind: Kind) -> None:
-    text = brief(Quantity(kind))
+    text = brief(Signature(Quantity(kind), ("tool",), 6, (), ()))
 
     if "quaternion" in kind:
         assert ("w, x, y, z" if "wxyz" in kind else "x, y, z, w") in text
