@@ -16,6 +16,7 @@ from contextlib import suppress
 import click
 
 from kinegen import __version__
+from kinegen.cli.interrupt import remembering
 from kinegen.cli.terminal import complain
 from kinegen.errors import KinegenError
 
@@ -64,7 +65,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         # A terminal that lacks a character of a robot's description gets an escape, not a traceback.
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        status = _run(list(sys.argv[1:] if argv is None else argv))
+        with remembering():
+            status = _run(list(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except KeyboardInterrupt:
         complain("interrupted")

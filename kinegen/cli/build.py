@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
+from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError
@@ -174,6 +175,7 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
     from kinegen.unchanged import recall, remember
 
     def report(stage: Stage) -> None:
+        raise_if_pressed()
         if not quiet:
             say(stage_line(stage))
 

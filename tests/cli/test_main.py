@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import signal
@@ -123,6 +124,23 @@ def test_ctrl_c_ends_a_build_and_leaves_the_folder_alone(tmp_path: Path) -> None
 
     assert (process.returncode, err) == (130, "interrupted\n")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is no signal there")
+def test_ctrl_c_that_a_library_swallows_ends_the_build_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def swallowing(*_: object) -> None:
+        with contextlib.suppress(BaseException):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr("kinegen.build.derive_plain", swallowing)
+    before = signal.getsignal(signal.SIGINT)
+
+    assert main(["build", str(ROBOTS / "scara.yaml"), "-o", str(tmp_path / "out"), "--no-compile"]) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+    assert not (tmp_path / "out").exists()
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes close otherwise there")
