@@ -9,7 +9,6 @@ is different, missing, damaged or unknown leads to an ordinary build.
 from __future__ import annotations
 
 import hashlib
-import os
 import pickle
 import platform
 import shutil
@@ -32,18 +31,16 @@ _TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
 """What the costs of a build depend on."""
 
 
-def recall(path: Path, options: BuildOptions) -> BuildResult | None:
+def recall(key: str) -> BuildResult | None:
     """What an earlier build told, if this one would tell the same and change nothing.
 
     Args:
-        path: The robot file.
-        options: What to make.
+        key: What `key_of` says of the build.
 
     Returns:
         The result with every file untouched; None where the build has to be made.
     """
     begin = time.perf_counter()
-    key = _key(path, options)
     known = Cache().load(key) if key else None
     if known is None:
         return None
@@ -59,20 +56,27 @@ def recall(path: Path, options: BuildOptions) -> BuildResult | None:
     return replace(result, written=written, stages=(stage,))
 
 
-def remember(path: Path, options: BuildOptions, result: BuildResult) -> None:
+def remember(key: str, result: BuildResult) -> None:
     """Keep what a build told.
 
     Args:
-        path: The robot file.
-        options: What was made.
+        key: What `key_of` said before the build began: the robot file may have been edited since.
         result: What it told.
     """
-    if key := _key(path, options):
+    if key:
         Cache().save(key, pickle.dumps((_digests(result.folder), result)))
 
 
-def _key(path: Path, options: BuildOptions) -> str:
-    """A name for all that decides a build; empty where that cannot be found out."""
+def key_of(path: Path, options: BuildOptions) -> str:
+    """A name for all that decides a build.
+
+    Args:
+        path: The robot file.
+        options: What to make.
+
+    Returns:
+        The name; empty where something cannot be found out.
+    """
     try:
         text = path.read_bytes()
         compiler = find_compiler() if options.compile else None
@@ -80,8 +84,7 @@ def _key(path: Path, options: BuildOptions) -> str:
         return ""
     tools = [(tool, shutil.which(tool)) for tool in _TOOLS]
     libraries = [metadata.version(name) for name in _LIBRARIES]
-    python = platform.python_version(), os.environ.get("SOURCE_DATE_EPOCH", "")
-    machine = processor().describe(), compiler, tools, libraries, python
+    machine = processor().describe(), compiler, tools, libraries, platform.python_version()
     return Cache().key("build", _program(), text, str(path), options, str(options.output.resolve()), machine)
 
 
@@ -104,6 +107,7 @@ def _program() -> str:
 
 
 def _files() -> Iterator[Path]:
-    templates = _PACKAGE.parent / "templates"
-    for folder in (_PACKAGE, templates if templates.is_dir() else _PACKAGE / "templates"):
+    # A wheel has its templates inside the package, a checkout beside it.
+    outside = () if (_PACKAGE / "templates").is_dir() else (_PACKAGE.parent / "templates",)
+    for folder in (_PACKAGE, *outside):
         yield from sorted(file for file in folder.rglob("*") if file.suffix in _SUFFIXES)

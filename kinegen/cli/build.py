@@ -172,7 +172,7 @@ def _claim_name(file: Path, names: dict[str, Path]) -> None:
 def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> BuildResult:
     """Build one robot and tell of it as it goes."""
     from kinegen.cli.report import report_lines, stage_line
-    from kinegen.unchanged import recall, remember
+    from kinegen.unchanged import key_of, recall, remember
 
     def report(stage: Stage) -> None:
         raise_if_pressed()
@@ -181,12 +181,13 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
 
     if not quiet:
         say(strong(str(file)))
-    result = recall(file, options)
+    key = key_of(file, options)
+    result = recall(key)
     if result is None:
         from kinegen.build import build
 
         result = build(file, options, report)
-        remember(file, options, result)
+        remember(key, result)
     else:
         report(result.stages[0])
     if not quiet:

@@ -27,14 +27,14 @@ def built(tmp_path: Path) -> tuple[Path, BuildOptions, BuildResult]:
     """A robot file, how it was built, and what that told, which is remembered."""
     path, options = write_robot(tmp_path), options_for(tmp_path / "out")
     result = make(path, tmp_path / "out")
-    unchanged.remember(path, options, result)
+    unchanged.remember(unchanged.key_of(path, options), result)
     return path, options, result
 
 
 def test_what_was_built_is_told_again_and_nothing_is_touched(built: tuple[Path, BuildOptions, BuildResult]) -> None:
     path, options, result = built
     before = picture(options.output)
-    again = unchanged.recall(path, options)
+    again = unchanged.recall(unchanged.key_of(path, options))
 
     assert again is not None
     assert (again.robot, again.counts, again.proof, again.notes) == (
@@ -64,7 +64,7 @@ def test_whatever_changed_is_built(change: str, built: tuple[Path, BuildOptions,
     path, options, result = built
     CHANGES[change](path, result.folder)
 
-    assert unchanged.recall(path, options) is None
+    assert unchanged.recall(unchanged.key_of(path, options)) is None
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_whatever_changed_is_built(change: str, built: tuple[Path, BuildOptions,
 def test_other_options_are_another_build(others: dict[str, Any], built: tuple[Path, BuildOptions, BuildResult]) -> None:
     path, options, _ = built
 
-    assert unchanged.recall(path, options_for(**{"output": options.output, **others})) is None
+    assert unchanged.recall(unchanged.key_of(path, options_for(**{"output": options.output, **others}))) is None
 
 
 def test_another_program_library_or_machine_is_another_build(
@@ -83,17 +83,27 @@ def test_another_program_library_or_machine_is_another_build(
     for name, other in (("_program", lambda: "another"), ("_LIBRARIES", ("numpy",)), ("_TOOLS", ("cc",))):
         with monkeypatch.context() as patch:
             patch.setattr(unchanged, name, other)
-            assert unchanged.recall(path, options) is None
+            assert unchanged.recall(unchanged.key_of(path, options)) is None
 
-    assert unchanged.recall(path, options) is not None
+    assert unchanged.recall(unchanged.key_of(path, options)) is not None
 
 
 def test_what_cannot_be_read_is_built_and_says_why_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     options = options_for(tmp_path / "out")
 
-    assert unchanged.recall(tmp_path / "missing.yaml", options) is None
+    assert unchanged.recall(unchanged.key_of(tmp_path / "missing.yaml", options)) is None
     monkeypatch.setenv("CC", "no-such-compiler")
-    assert unchanged.recall(write_robot(tmp_path), options) is None
+    assert unchanged.recall(unchanged.key_of(write_robot(tmp_path), options)) is None
+
+
+def test_a_file_that_is_edited_while_it_is_built_is_built_again(tmp_path: Path) -> None:
+    path, options = write_robot(tmp_path), options_for(tmp_path / "out")
+    key = unchanged.key_of(path, options)
+    result = make(path, tmp_path / "out")
+    path.write_text(ARM.replace("0.25", "0.75"), encoding="utf-8")
+    unchanged.remember(key, result)
+
+    assert unchanged.recall(unchanged.key_of(path, options)) is None
 
 
 def test_telling_again_needs_neither_sympy_nor_numpy() -> None:
