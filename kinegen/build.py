@@ -27,7 +27,7 @@ from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError, WriteError
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.ir.program import AngleSum, Program, count
+from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.package import build_extension, interface_of
@@ -91,18 +91,9 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
             output folder is then as it was.
     """
     clock = _Clock(path, report)
-    with clock.stage("load") as detail:
-        robot = _load(path, options)
-        detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
-    with clock.stage("derive") as detail:
-        expressions = [derive(robot, quantity) for quantity in with_needed(options.quantities)]
-        plain = derive_plain(robot)
-        detail.append(", ".join(map(str, options.quantities)))
-    with clock.stage("lower") as detail:
-        programs, plain_count = tuple(lower(each) for each in expressions), count(lower(plain))
-        detail.append(f"{sum(len(program.statements) for program in programs)} statements")
+    kernels, plain = _programs(path, options, clock)
+    robot, programs = kernels.robot, kernels.programs
     with clock.stage("emit") as detail:
-        kernels = Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities)
         emitted, project = _emit(kernels, options)
         integers = emit_integers(kernels) if options.integers else None
         detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ())} files")
@@ -123,7 +114,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     return BuildResult(
         robot=robot,
         counts={program.quantity: count(program) for program in programs},
-        plain=plain_count,
+        plain=plain,
         angles=_angles(programs),
         folder=folder,
         written=written,
@@ -151,6 +142,21 @@ def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
     robot = load(path)
     programs = tuple(lower(derive(robot, quantity)) for quantity in with_needed(quantities))
     return Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in quantities)
+
+
+def _programs(path: Path, options: BuildOptions, clock: _Clock) -> tuple[Kernels, Count]:
+    """The robot with its programs, and what the pose costs as a plain product of link matrices."""
+    with clock.stage("load") as detail:
+        robot = _load(path, options)
+        detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
+    with clock.stage("derive") as detail:
+        expressions = [derive(robot, quantity) for quantity in with_needed(options.quantities)]
+        plain = derive_plain(robot)
+        detail.append(", ".join(map(str, options.quantities)))
+    with clock.stage("lower") as detail:
+        programs, plain_count = tuple(lower(each) for each in expressions), count(lower(plain))
+        detail.append(f"{sum(len(program.statements) for program in programs)} statements")
+        return Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities), plain_count
 
 
 def _load(path: Path, options: BuildOptions) -> Robot:

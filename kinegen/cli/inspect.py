@@ -51,7 +51,7 @@ def _inspect(file: str) -> None:
 
 def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
-    if robot.is_tree or not robot.dof:
+    if not robot.is_arm:
         return lines
     return [*lines, f"{_INDENT}The numeric inverse serves every arm: kinegen build --outputs numeric_inverse"]
 

@@ -14,6 +14,7 @@ from fractions import Fraction
 from functools import lru_cache
 from types import MappingProxyType
 
+from kinegen.emit.functions import LINE
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
@@ -40,9 +41,6 @@ NUMBER_TYPES: Mapping[Real, NumberType] = MappingProxyType(
 
 _MARGIN = Fraction(1, 2**20)
 """Ranges are wider than limits by this part, which is far more than rounding a limit to the number type moves it."""
-
-_LINE = 116
-"""Characters of a line of a comment, without the asterisk before it."""
 
 _TWO_DIGITS = Context(prec=2, rounding=ROUND_CEILING)
 
@@ -173,7 +171,7 @@ def _errors(proven: ErrorBound, length: str) -> str:
 def _wrapped(text: str) -> tuple[str, ...]:
     """Lines of a comment; no line ends between a number and its unit or what it bounds."""
     whole = re.sub(r"(?<=\d) (?=(?:m|cm|mm|in|rad)\b)|(?<=<=) | (?=<=)", "~", text)
-    lines = textwrap.wrap(whole, _LINE, break_long_words=False, break_on_hyphens=False)
+    lines = textwrap.wrap(whole, LINE, break_long_words=False, break_on_hyphens=False)
     return tuple(line.replace("~", " ") for line in lines)
 
 

@@ -40,7 +40,7 @@ class Kernels:
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
-        if self.numeric_inverse and (self.robot.is_tree or not self.robot.dof):
+        if self.numeric_inverse and not self.robot.is_arm:
             reason = "it has several tips" if self.robot.is_tree else "it has no joints"
             raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
 
@@ -106,8 +106,3 @@ def operation_line(program: Program) -> str:
     )
     words = (f"{number} {one if number == 1 else several}" for number, one, several in parts if number)
     return ", ".join(words) or "none"
-
-
-def tip_phrase(robot: Robot) -> str:
-    """What the last index of a tip array means."""
-    return ", ".join(robot.tips)

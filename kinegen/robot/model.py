@@ -242,6 +242,11 @@ class Robot:
         return len(self.leaves) > 1
 
     @property
+    def is_arm(self) -> bool:
+        """Whether there is one tip, and a joint that moves it."""
+        return not self.is_tree and self.dof > 0
+
+    @property
     def tips(self) -> tuple[str, ...]:
         """Frames whose poses the pose kernel computes: `TOOL` for a chain, every leaf for a tree."""
         return self.leaves if self.is_tree else (TOOL,)

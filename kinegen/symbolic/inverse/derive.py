@@ -66,6 +66,6 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        instead = "" if robot.is_tree or not robot.dof else "; numeric_inverse serves every arm"
+        instead = "; numeric_inverse serves every arm" if robot.is_arm else ""
         raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family
