@@ -1,0 +1,67 @@
+"""What a kernel does beyond the usual inputs: joint values beyond the limits, and numbers that are none.
+
+In: a package. Out: comparisons with the reference beyond the limits; a kernel that loses a NaN is refused at once.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from kinegen.outputs import Kind, Quantity
+from kinegen.robot.model import Robot
+from kinegen.verify.beyond import beyond_limits
+from kinegen.verify.compared import Store, compare
+from kinegen.verify.comparison import Comparison
+from kinegen.verify.nonnumbers import require_spoilt, spoil
+from kinegen.verify.ways import DTYPES, Way, ways_to_call
+
+
+def compare_usage(
+    robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]
+) -> list[Comparison]:
+    """Compare kernels where the samples of a proof do not reach.
+
+    Args:
+        robot: The robot.
+        package: Its generated package, imported.
+        quantities: The quantities it was built for, without inverses.
+        reals: Its number types.
+
+    Returns:
+        The comparisons beyond the limits.
+
+    Raises:
+        ProofError: If a result that depends on a NaN is a number, or one that does not is changed by it.
+    """
+    comparisons = []
+    for real in reals:
+        comparisons += _beyond(robot, package, quantities, real)
+        for quantity in quantities:
+            if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
+                continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
+            kernel = getattr(package, quantity.function)
+            spoilt = spoil(robot, quantity, kernel.inputs, kernel.results, str(DTYPES[real]))
+            for way in _forms(package, quantity, real):
+                require_spoilt(robot, quantity, way, spoilt)
+    return comparisons
+
+
+def _beyond(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], real: str) -> list[Comparison]:
+    comparisons = []
+    for beyond in beyond_limits(robot, real):
+        store = Store(robot, DTYPES[real], exact=False)
+        for quantity in quantities:
+            kernel = getattr(package, quantity.function)
+            if kernel.inputs[0].name != "q":
+                continue
+            inputs, expectation = store.expect(quantity, kernel.inputs, beyond.points)
+            for way in _forms(package, quantity, real):
+                target, row = f"{way.target}, beyond limits", f"{way.row.partition(',')[0]}, beyond limits"
+                found = way.call(inputs)
+                comparisons.append(compare(expectation, target, found, real, row=row, more=beyond.more))
+    return comparisons
+
+
+def _forms(package: ModuleType, quantity: Quantity, real: str) -> list[Way]:
+    """The scalar kernel, the batch in each variant, and NumPy; layouts hold the same numbers."""
+    return [way for way in ways_to_call(package, quantity, real) if way.is_plain or way.target == way.row]
