@@ -28,7 +28,7 @@ from kinegen.verify.ways import Arrays, Way
 POINTS = 4
 """Joint vectors at which each entry is tried."""
 
-_MOVED = 0.390625
+_MOVED = 0.015625
 """What is added to an entry, to see what depends on it."""
 
 _STILL = 1e-9
@@ -159,7 +159,7 @@ def _entries(robot: Robot, arrays: Sequence[Array]) -> Iterator[tuple[Array, tup
         upper = (*array.shape[:-2], 3, 4) if array.is_pose else array.shape
         for place in np.ndindex(*upper):
             kinds = {"NaN": np.nan}
-            if array.name == "q" and robot.variables[place[0]].type is not JointType.PRISMATIC:
+            if array.name == "q" and robot.variables[place[0]].type is JointType.REVOLUTE:
                 kinds |= {"a positive infinity": np.inf, "a negative infinity": -np.inf, "a far angle": FAR}
             elif array.name in ("qd", "qdd"):
                 kinds |= {_INFINITY: np.inf}
@@ -186,9 +186,9 @@ def _returned(
 
 
 def _differ(first: Numbers, second: Numbers) -> Numbers:
-    """Which numbers differ for one of the rows."""
+    """Which numbers differ for one of the rows; readings that are impossible say nothing."""
     size = max(1.0, float(np.nanmax(np.abs(first), initial=0.0)))
-    differ: Numbers = (~(np.abs(first - second) <= _STILL * size)).any(axis=0)
+    differ: Numbers = (np.abs(first - second) > _STILL * size).any(axis=0)
     return differ
 
 

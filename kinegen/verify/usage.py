@@ -5,14 +5,18 @@ In: a package. Out: comparisons with the reference beyond the limits; a kernel t
 
 from __future__ import annotations
 
+import sys
 from types import ModuleType
 
+import numpy as np
+
+from kinegen.errors import ProofError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.beyond import beyond_limits
+from kinegen.verify.beyond import LARGEST_ANGLE, beyond_limits
 from kinegen.verify.compared import Store, compare
 from kinegen.verify.comparison import Comparison
-from kinegen.verify.nonnumbers import require_spoilt, spoil
+from kinegen.verify.nonnumbers import FAR, require_spoilt, spoil
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
 
@@ -35,6 +39,7 @@ def compare_usage(
     """
     comparisons = []
     for real in reals:
+        _require_guard(robot, package, real)
         comparisons += _beyond(robot, package, quantities, real)
         for quantity in quantities:
             if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
@@ -44,6 +49,24 @@ def compare_usage(
             for way in _forms(package, quantity, real):
                 require_spoilt(robot, quantity, way, spoilt)
     return comparisons
+
+
+def _require_guard(robot: Robot, package: ModuleType, real: str) -> None:
+    """The sine and cosine of the NumPy form end where those of C do."""
+    pair = getattr(sys.modules[f"{package.__name__}._numpy"], "_sincos", None)
+    if pair is None:
+        return
+    kind = DTYPES[real].type
+    limit = kind(LARGEST_ANGLE[real])
+    beyond = np.nextafter(limit, kind(np.inf))
+    for angle, is_number in ((limit, True), (beyond, False), (kind(FAR), False), (kind(np.inf), False)):
+        for x in (angle, -angle):
+            with np.errstate(invalid="ignore"):
+                found = pair(np.array([x]))
+            wanted = (np.sin(x), np.cos(x)) if is_number else (np.nan, np.nan)
+            if not np.allclose(np.concatenate(found), wanted, rtol=0, atol=1e-6, equal_nan=True):
+                reason = f"the sine and cosine of {x} in NumPy are {found}, expected {wanted}"
+                raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
 def _beyond(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], real: str) -> list[Comparison]:
