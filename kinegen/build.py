@@ -45,6 +45,7 @@ from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
+from kinegen.verify.written import require_proven, require_written
 from kinegen.write import is_generated, write_files
 
 
@@ -104,12 +105,15 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
+        if project:
+            require_proven(robot, project, emitted.files)
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
     with clock.stage("write") as detail:
         folder = options.output / robot.name
         written = write_files(folder, project or contents, _stale_below(folder) if project else _stale(emitted))
+        require_written(folder, project or contents)
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,

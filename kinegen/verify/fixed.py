@@ -171,4 +171,5 @@ def _compare(
         rotation_tolerance=rotation_tolerance,
         worst=tuple(float(entry) for entry in points[row]),
         frame=quantity_frames(robot, quantity)[int(column)],
+        real="q30",
     )
