@@ -21,6 +21,8 @@ ROWS = (
     ("kinegen.angles", "kinegen.errors"),
     ("kinegen.outputs",),
     ("kinegen.naming",),
+    ("kinegen.manifest",),
+    ("kinegen.exchange",),
     ("kinegen.write",),
     ("kinegen.robot",),
     ("kinegen.reference",),

@@ -171,7 +171,7 @@ def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turn
 def _write(study: Study, slices: Path | None, cloud: Path | None) -> list[Path]:
     from kinegen.workspace.cloud import pack
     from kinegen.workspace.slices import draw
-    from kinegen.write import write_files
+    from kinegen.write import write_file
 
     contents = {}
     if slices is not None:
@@ -179,5 +179,5 @@ def _write(study: Study, slices: Path | None, cloud: Path | None) -> list[Path]:
     if cloud is not None:
         contents[cloud] = pack(study.workspace, study.ranges, cloud.suffix)
     for path, content in contents.items():
-        write_files(path.parent, {path.name: content})
+        write_file(path, content)
     return list(contents)

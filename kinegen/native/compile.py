@@ -23,6 +23,7 @@ import numpy as np
 from cffi.recompiler import make_c_source
 
 from kinegen.errors import CompileError, MissingToolError
+from kinegen.manifest import sealed
 from kinegen.naming import EXTENSION
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import Compiler, find_compiler
@@ -123,7 +124,7 @@ def _build(
             raise
     objects = sorted(f"{unit.name}.o" for unit in (*units, *own))
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
-    return (folder / EXTENSION).read_bytes()
+    return sealed((folder / EXTENSION).read_bytes())
 
 
 def _write_wrapper(path: Path, cdef: str, module: str) -> None:

@@ -126,6 +126,19 @@ def test_a_compiler_that_is_no_program_is_told(earlier: Path, tmp_path: Path, mo
     assert picture(earlier) == before
 
 
+def test_an_edited_file_leaves_the_earlier_output_and_force_replaces_it(earlier: Path, tmp_path: Path) -> None:
+    with (earlier / "arm" / "arm.c").open("a", encoding="utf-8") as file:
+        file.write("/* mine */\n")
+    before = picture(earlier)
+
+    with pytest.raises(WriteError, match=r"arm\.c was not written by kinegen, or changed since: move it away, or"):
+        make(write_robot(tmp_path), earlier, compile=False)
+
+    assert picture(earlier) == before
+    make(write_robot(tmp_path), earlier, compile=False, force=True)
+    assert b"mine" not in contents(earlier)["arm/arm.c"]
+
+
 def test_a_bad_robot_file_leaves_the_earlier_output(earlier: Path, tmp_path: Path) -> None:
     before = picture(earlier)
 
@@ -247,9 +260,9 @@ def test_an_interrupt_in_any_stage_leaves_the_earlier_output(
     monkeypatch.setattr("tempfile.tempdir", str(temporary))
     honest: Callable[..., Any] = getattr(building, stage)
 
-    def interrupted(*arguments: Any) -> Any:
+    def interrupted(*arguments: Any, **options: Any) -> Any:
         if moment == "after":
-            honest(*arguments)
+            honest(*arguments, **options)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(building, stage, interrupted)
@@ -258,7 +271,7 @@ def test_an_interrupt_in_any_stage_leaves_the_earlier_output(
         make(write_robot(tmp_path), earlier)
 
     if (stage, moment) == ("write_files", "after"):
-        assert b"of an earlier build" not in contents(earlier)["arm/arm.c"]
+        assert b"0.25" in contents(earlier)["arm/arm.c"]
     else:
         assert picture(earlier) == before
     assert list(temporary.iterdir()) == []

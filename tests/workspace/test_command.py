@@ -166,8 +166,8 @@ def test_a_tip_of_a_tree(capsys: pytest.CaptureFixture[str]) -> None:
         (["--cloud", "a.csv"], "error: a.csv: clouds are written as .npz or .parquet, expected a name that ends so"),
         (["--voxel", "1e-7"], "are too small for a region of 1.6 m: expected "),
         (["--voxel", "20"], "error: voxels of 20 m are too large for a region of 1.6 m: expected 0.16 m or less"),
-        (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none: "),
-        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null: "),
+        (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none/a.svg: "),
+        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null/a.npz: "),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(
