@@ -100,7 +100,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
-    with clock.stage("prove") as detail:
+    with clock.stage("prove") as detail, _kept_once_proved(extension):
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
@@ -183,6 +183,19 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return build_extension(interface_of(kernels, options.reals), emitted.sources, options.flags), ()
     except MissingToolError as error:
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
+
+
+@contextmanager
+def _kept_once_proved(extension: Extension | None) -> Iterator[None]:
+    """An extension is remembered for other builds if it loads and its proof holds, and is forgotten if not."""
+    try:
+        yield
+    except KinegenError:
+        if extension is not None:
+            extension.forget()
+        raise
+    if extension is not None:
+        extension.keep()
 
 
 def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOptions) -> tuple[Proof, str, bool]:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # where they stand in the same folder.
 ROWS = (
     ("kinegen",),
-    ("kinegen.angles", "kinegen.errors"),
+    ("kinegen.angles", "kinegen.errors", "kinegen.records"),
     ("kinegen.outputs",),
     ("kinegen.naming",),
     ("kinegen.manifest",),

@@ -186,7 +186,7 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
     if not quiet:
         say(strong(str(file)))
     key = key_of(file, options)
-    result = recall(key)
+    result = recall(key, file, options)
     if result is None:
         from kinegen.build import build
 

@@ -89,7 +89,9 @@ def assemble(name: str, folder: Path, *, compiled: bool) -> ModuleType:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
     files: dict[str, str | bytes] = {**emit_formula(kernels), **emit_package(kernels, reals, stamp_of(sources))}
     if compiled:
-        files[EXTENSION] = build_extension(interface_of(kernels, reals), sources, QUICK).content
+        extension = build_extension(interface_of(kernels, reals), sources, QUICK)
+        extension.keep()
+        files[EXTENSION] = extension.content
     write_files(folder / name, files)
     return load_package(folder / name)
 

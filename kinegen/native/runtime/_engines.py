@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import math
 import os
 import struct
@@ -128,6 +129,19 @@ class Formula:
         return rows
 
 
+def forget(package: dict[str, Any]) -> None:
+    """Take out of Python's list what an earlier import of the package read, since it may have been built anew.
+
+    Args:
+        package: The names of the package, as it is imported again.
+    """
+    name = package["__name__"]
+    for module in [each for each in sys.modules if each.startswith(f"{name}._")]:
+        del sys.modules[module]
+        package.pop(module[len(name) + 1 :], None)
+    importlib.invalidate_caches()
+
+
 def load_native(stamp: str) -> Any:
     """Load the extension that lies beside this file.
 
@@ -161,8 +175,24 @@ def _load(path: Path, stamp: str) -> Any:
         raise ImportError("it serves CPython with NumPy 1 or 2")
     native = importlib.import_module(f"{__package__}._native")
     if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
+        native = _load_again(path, f"{__package__}._native")
+    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
         raise ImportError("it was built from other sources")
     if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
         which = f"it has no variant {wanted!r} that this processor can run"
         raise ImportError(which if wanted else "it was built for a processor with more instructions")
+    return native
+
+
+def _load_again(path: Path, name: str) -> Any:
+    """The extension that is there now, where Python and the system remember an earlier one by its path.
+
+    Each version of the file gets a path of its own to the same place, with the bits of its number and time in it.
+    """
+    status = path.stat()
+    bits = "".join("/." if bit == "1" else "//" for bit in f"{status.st_ino ^ status.st_mtime_ns:b}")
+    spec: Any = importlib.util.spec_from_file_location(name, f"{path.parent}{bits}/{path.name}")
+    native = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(native)
+    sys.modules[name] = native
     return native
