@@ -179,7 +179,7 @@ COMPILED = {
         "fk_jacobian",
         "emit_batch",
         first(r"store_rows\(results \+ 12", "store_rows(results + 11"),
-        "C double, batch",
+        "C double, batch joint_major",
     ),
     "a batch of points": (
         "transform_point",

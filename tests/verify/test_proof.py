@@ -41,7 +41,8 @@ def test_every_way_to_call_a_kernel_is_compared(package: ModuleType) -> None:
     assert proof.reach == reach(robot)
 
 
-WAYS = ("C double", "C double, batch", "NumPy double", "C float", "C float, batch", "NumPy float")
+FORMS = ("C {}", "C {}, batch", "C {}, batch 3x4", "C {}, batch joint_major", "NumPy {}")
+WAYS = [form.format(real) for real in ("double", "float") for form in FORMS]
 
 
 def test_a_package_without_a_compiler_is_compared_in_numpy(tmp_path: Path) -> None:

@@ -219,10 +219,7 @@ class Kernel(Generic[Result]):
         return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
-        if params is not None and type(params) is not type(self._params):
-            expected = "none" if self._params is None else type(self._params).__qualname__
-            raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
-        return self._params if params is None else params
+        return checked_params(self.__name__, params, self._params)
 
     def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
         array = np.asarray(values)
@@ -289,9 +286,22 @@ class Kernel(Generic[Result]):
                 *zip((given.name for given in self.inputs), inputs),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
             ]
-            for name, other in others:
-                if _overlap(other, out):
-                    raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
+            check_apart(self.__name__, label, out, others)
+
+
+def checked_params(name: str, params: Any, usual: Any) -> Any:
+    """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
+    if params is not None and type(params) is not type(usual):
+        expected = "none" if usual is None else type(usual).__qualname__
+        raise TypeError(f"{name}: params is of type {type(params).__qualname__}, expected {expected}")
+    return usual if params is None else params
+
+
+def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple[str, NDArray[Any]]]) -> None:
+    """Refuse an array for results that shares memory with another array."""
+    for other, array in others:
+        if _overlap(array, out):
+            raise ValueError(f"{name}: {label} shares memory with {other}")
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
