@@ -30,11 +30,19 @@ class Way:
 
     Attributes:
         target: What is called, such as `C double, batch`.
-        call: From the inputs, N configurations each, to the results (N, ...), as the package gives them.
+        call: From the inputs, N configurations each, to the results (N, ...).
+        kernel: The kernel that is called.
+        row: What it counts as in a report: the same for all layouts and variants.
+        is_plain: Whether it is the usual batch, whose bits every other call must give.
+        select: Sees to it that calls of the kernel go the same way.
     """
 
     target: str
     call: Callable[[Arrays], Arrays]
+    kernel: Any
+    row: str
+    is_plain: bool
+    select: Callable[[], object] = lambda: None
 
 
 def ways_to_call(
@@ -53,21 +61,29 @@ def ways_to_call(
     """
     kernel = getattr(package, quantity.function)
     params = None if parameters is None else package.Params(*parameters)
-    formula = Way(f"NumPy {real}", partial(results_of, numpy_form(package, kernel, quantity), params))
+    plain, name = numpy_form(package, kernel, quantity), f"NumPy {real}"
+    formula = Way(name, partial(results_of, plain, params), plain, name, is_plain=True)
     if kernel.backend != "c":
         return (formula,)
-    variants = runnable_variants(package)
-    layouts = ("4x4", *["3x4"] * any(each.is_pose for each in kernel.results), "joint_major")
+    name = f"C {real}"
     batches = [
-        Way(_label(real, name, layout), partial(_in_variant, package, kernel, params, name, layout))
-        for name in variants or ("",)
-        for layout in layouts
+        Way(
+            " ".join([f"{name}, batch", *[variant] * bool(variant), *[layout] * (layout != "4x4")]),
+            partial(_in_variant, package, kernel, params, variant, layout),
+            kernel,
+            f"{name}, batch",
+            is_plain=layout == "4x4",
+            select=partial(select_variant, package, variant),
+        )
+        for variant in runnable_variants(package) or ("",)
+        for layout in layouts_of(kernel)
     ]
-    return (Way(f"C {real}", partial(_one_by_one, kernel, params)), *batches, formula)
+    return (Way(name, partial(_one_by_one, kernel, params), kernel, name, is_plain=False), *batches, formula)
 
 
-def _label(real: str, variant: str, layout: str) -> str:
-    return " ".join([f"C {real}, batch", *[variant] * bool(variant), *[layout] * (layout != "4x4")])
+def layouts_of(kernel: Any) -> tuple[str, ...]:
+    """The layouts that a kernel has: without matrices among its results there is no 3x4."""
+    return ("4x4", *["3x4"] * any(each.is_pose for each in kernel.results), "joint_major")
 
 
 def results_of(kernel: Any, params: Any, inputs: Arrays, layout: str = "4x4") -> Arrays:
@@ -84,7 +100,7 @@ def _one_by_one(kernel: Any, params: Any, inputs: Arrays) -> Arrays:
 def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, layout: str, inputs: Arrays) -> Arrays:
     if name:
         select_variant(package, name)
-    return _in_layout(kernel, params, layout, inputs)
+    return in_layout(kernel, params, layout, inputs)
 
 
 def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
@@ -102,11 +118,11 @@ def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
     )
 
 
-def _in_layout(kernel: Any, params: Any, layout: str, inputs: Arrays) -> Arrays:
+def in_layout(kernel: Any, params: Any, layout: str, inputs: Arrays) -> Arrays:
     """The results of a batch in one layout, as the default one would hold them."""
     if layout == "joint_major":
         rows = tuple(
-            _upper(array, each.is_pose).reshape(len(array), -1).T for each, array in zip(kernel.inputs, inputs)
+            _upper(array, each.is_pose).reshape(len(array), each.size).T for each, array in zip(kernel.inputs, inputs)
         )
         found = tuple(result.T for result in results_of(kernel, params, rows, layout))
     else:

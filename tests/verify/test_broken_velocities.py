@@ -161,6 +161,7 @@ def test_the_right_formulas_pass(package: ModuleType) -> None:
     assert {comparison.target for comparison in proof.comparisons} == {
         "NumPy double",
         "NumPy double, other parameters",
+        "NumPy double, beyond limits",
         "NumPy double, 50 digits",
         "NumPy double, differences",
         "NumPy double, adjoint",
