@@ -96,7 +96,7 @@ def load_package(folder: Path) -> ModuleType:
     try:
         with warnings.catch_warnings():
             # Whoever builds without a compiler is told so by the build.
-            warnings.filterwarnings("ignore", f".*there is no {re.escape(EXTENSION)}", RuntimeWarning)
+            warnings.filterwarnings("ignore", f"NumPy evaluates .*there is no {re.escape(EXTENSION)}", RuntimeWarning)
             spec.loader.exec_module(module)
     except BaseException:
         for loaded in [other for other in sys.modules if other == name or other.startswith(f"{name}.")]:

@@ -56,7 +56,7 @@ def test_a_damaged_extension_is_named_and_numpy_takes_over(folder: Path, damage:
     harm(folder / EXTENSION)
 
     with pytest.warns(
-        RuntimeWarning, match=rf"chain: NumPy evaluates, .*: {EXTENSION} is not used: .*({words})"
+        RuntimeWarning, match=rf"NumPy evaluates chain, .*: {EXTENSION} is not used: .*({words})"
     ) as caught:
         module = load_package(folder)
 
@@ -111,7 +111,7 @@ def test_a_package_without_an_extension_says_so_once_and_what_to_do(folder: Path
 
     (warning,) = [line for line in done.stderr.splitlines() if "Warning" in line]
     assert warning.endswith(
-        "RuntimeWarning: chain: NumPy evaluates, about 50 times slower than C: "
+        "RuntimeWarning: NumPy evaluates chain, about 50 times slower than C: "
         f"there is no {EXTENSION} here; `kinegen build` with a C compiler makes it"
     )
     assert "_engines.py" not in warning

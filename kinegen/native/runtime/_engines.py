@@ -149,7 +149,7 @@ def load_native(stamp: str) -> Any:
         reason = f"there is no {path.name} here; `kinegen build` with a C compiler makes it"
     except (ImportError, OSError, AttributeError) as error:
         reason = f"{path.name} is not used: {str(error).partition(chr(10))[0]}"
-    warnings.warn(f"{path.parent.name}: NumPy evaluates, {_SLOWER}: {reason}", RuntimeWarning, stacklevel=3)
+    warnings.warn(f"NumPy evaluates {path.parent.name}, {_SLOWER}: {reason}", RuntimeWarning, stacklevel=3)
     return None
 
 
