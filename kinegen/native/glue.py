@@ -10,12 +10,15 @@ extension besides the emitted files. For an output `fk` of the robot `arm` the e
     kinegen_select           picks the variant of the batch kernels, by name or (an empty one) the best that this
                              processor can run; 0 if there is none
     kinegen_variant          what was picked, and the flags, in words
+    kinegen_signatures       the types of all these, for callers without cffi
 
-The last two are made by `dispatch.py`. The array handling (`runtime/`) knows these names.
+`kinegen_select` and `kinegen_variant` are made by `dispatch.py`. The array handling (`runtime/`) knows these names. All
+but the batch kernels and the scalar ones are visible from outside, so that ctypes finds them where cffi is missing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 
@@ -131,10 +134,13 @@ def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[
     arrays = resources.files("kinegen.native").joinpath("arrays.h").read_text(encoding="utf-8")
     own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
     own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
-    header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own, *more]
+    includes = ("#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()))
+    header = [*includes, "", _VISIBLE, *own, *more, _HIDDEN]
     # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
     parts = [f'#include "{HEADER}"', '#include "arrays.h"', ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]
+    listed = "".join(f'\n    "{line}\\n"' for line in _signatures(interface, (*own, *more)))
+    parts += [f"const char *kinegen_signatures(void)\n{{\n    return{listed};\n}}", ""]
     for function in interface.functions:
         parts += [_pointers_definition(interface, function, real) for real in interface.reals]
         parts += [_arrays_definition(interface, function), ""]
@@ -146,7 +152,39 @@ _FIXED = (
     "const char *kinegen_stamp(void);",
     "int kinegen_select(const char *wanted);",
     "const char *kinegen_variant(void);",
+    "const char *kinegen_signatures(void);",
 )
+
+# Protected: seen from outside, but never replaced by a function of the same name in another library.
+_VISIBLE = """#if defined(__ELF__) && defined(__GNUC__)
+#pragma GCC visibility push(protected)
+#elif defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif"""
+_HIDDEN = """#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif"""
+
+_LETTERS = (("const char", "s"), ("*", "p"), ("uintptr_t", "p"), ("size_t", "z"), ("uint32_t", "u"), ("int32_t", "l"))
+
+
+def _signatures(interface: Interface, declarations: tuple[str, ...]) -> Iterator[str]:
+    """A line for each struct, `arm_params double`, and for each function: its name and the letters of its types.
+
+    The letter of the result comes first, then one for each argument: v for void, i int, l int32_t, u uint32_t,
+    z size_t, s a string, p any other address.
+    """
+    yield from (f"{interface.params(real)} {real}" for real in interface.reals if interface.parameters)
+    for declaration in declarations:
+        head, _, arguments = declaration.removesuffix(");").partition("(")
+        result, name = head.replace("*", "* ").rsplit(maxsplit=1)
+        letters = "".join(map(_letter, arguments.split(", "))).removeprefix("v")
+        yield f"{name} {_letter(result)} {letters}".rstrip()
+
+
+def _letter(declared: str) -> str:
+    """The letter of a C type, with or without a name behind it."""
+    return next((letter for text, letter in _LETTERS if text in declared), "v" if declared == "void" else "i")
 
 
 def _scalar_arguments(interface: Interface, function: Function, real: str) -> str:

@@ -16,6 +16,7 @@ from kinegen.emit.environment import environment
 from kinegen.emit.inverse import Branches, branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.limits import joint_limits
+from kinegen.emit.python.example import example
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
 from kinegen.ir.program import Program
@@ -28,7 +29,7 @@ from kinegen.robot.model import JointType, Robot
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py", "_threads.py", "_limits.py")
+RUNTIME = ("_kernel.py", "_engines.py", "_plain.py", "_threads.py", "_limits.py")
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"
@@ -158,7 +159,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
             (python_identifier(parameter.name), Real.DOUBLE.literal(value))
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
-        example=_example(robot.name, kernels.programs[0]),
+        example=example(kernels),
         kernels=functions,
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
         plain=any("[" in function.wrapper for function in functions),
@@ -200,21 +201,6 @@ def _exported(
 def _export_key(name: str) -> tuple[int, str]:
     """The order in which the project's linter wants `__all__`: constants, classes, functions."""
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
-
-
-def _example(module: str, program: Program) -> str:
-    """A call of the first kernel."""
-    joints = f"np.zeros({module}.DOF)"
-    given = (
-        joints
-        if array.shape == (program.signature.dof,)
-        else "np.eye(4)"
-        if array.is_pose
-        else f"np.zeros({_tuple(array.shape)})"
-        for array in program.signature.inputs
-    )
-    results = ", ".join(array.name for array in program.signature.results)
-    return f"{results} = {module}.{program.quantity.function}({', '.join(given)})"
 
 
 def _public(program: Program, branches: Branches | None) -> PublicKernel:

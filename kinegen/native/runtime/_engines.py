@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_SLOWER = "about 50 times slower than C"
+
 
 class Array(NamedTuple):
     """One input or result of a kernel, for one configuration: its name, its shape, and whether it holds 4x4 poses."""
@@ -151,17 +153,18 @@ def load_native(stamp: str) -> Any:
         stamp: Digest of the C sources that belong to the package.
 
     Returns:
-        The cffi module, or None where there is none; one that exists but does not serve is named in a warning.
+        The cffi module, or the same by ctypes where cffi is not installed; None where NumPy has to serve. A warning
+        then says why.
     """
     path = Path(__file__).with_name("_native.abi3.so")
-    if not path.exists():
-        return None
     try:
-        return _load(path, stamp)
+        if path.exists():
+            return _load(path, stamp)
+        reason = f"there is no {path.name} here; `kinegen build` with a C compiler makes it"
     except (ImportError, OSError, AttributeError) as error:
-        reason = str(error).partition("\n")[0]
-        warnings.warn(f"{path.parent.name}: {path.name} is not used, NumPy is: {reason}", RuntimeWarning, stacklevel=2)
-        return None
+        reason = f"{path.name} is not used: {str(error).partition(chr(10))[0]}"
+    warnings.warn(f"NumPy evaluates {path.parent.name}, {_SLOWER}: {reason}", RuntimeWarning, stacklevel=3)
+    return None
 
 
 def _load(path: Path, stamp: str) -> Any:
@@ -173,7 +176,12 @@ def _load(path: Path, stamp: str) -> Any:
     # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
     if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
         raise ImportError("it serves CPython with NumPy 1 or 2")
-    native = importlib.import_module(f"{__package__}._native")
+    try:
+        native = importlib.import_module(f"{__package__}._native")
+    except ImportError as error:
+        if "cffi" not in str(error):
+            raise
+        native = _without_cffi(path, error)
     if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
         native = _load_again(path, f"{__package__}._native")
     if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
@@ -196,3 +204,12 @@ def _load_again(path: Path, name: str) -> Any:
     spec.loader.exec_module(native)
     sys.modules[name] = native
     return native
+
+
+def _without_cffi(path: Path, missing: ImportError) -> Any:
+    """The same functions through ctypes, which Python brings along but for a few builds of it."""
+    try:
+        plain = importlib.import_module(f"{__package__}._plain")
+    except ImportError:
+        raise ImportError(f"{missing} (pip install cffi)") from None
+    return plain.open_library(path)
