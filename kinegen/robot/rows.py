@@ -61,6 +61,7 @@ def _read_row(node: Node, above: list[RawRow], lines: dict[str, int], convention
             convention=own,
             entries=_entries(fields, own),
             steps=steps,
+            offset=_offset(fields.get("offset")),
             limits=_limits(fields.get("limits")),
             declared=choice(fields["type"], "type", keys.JOINT_TYPES) if "type" in fields else None,
             line=node.line,
@@ -111,12 +112,17 @@ def _entry(node: Node, key: str) -> Slot:
     return read_slot(node, key, dimension, 2 if key in keys.MOVING_ENTRIES else None)
 
 
+def _offset(node: Node | None) -> Slot | None:
+    # The joint's type decides what it measures, as for limits.
+    return None if node is None else read_slot(node, "offset", Dimension.LENGTH)
+
+
 def _limits(node: Node | None) -> tuple[Slot, Slot] | None:
     if node is None:
         return None
     with within("limits", node.line):
         lower, upper = items(node, "two values, [lower, upper]", 2)
-    # The joint's type decides what the limits measure; `convert` replaces the dimension.
+    # The joint's type decides what the limits measure; `motion.with_dimensions` replaces the dimension.
     return read_slot(lower, "limits", Dimension.LENGTH), read_slot(upper, "limits", Dimension.LENGTH)
 
 
