@@ -10,13 +10,12 @@ from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import comment_text
 from kinegen.outputs import Quantity
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, JointType, Robot
 
 _PARTS = ("batch", "tile", "arrays", "pointers", "expected")
 """What follows the names of functions in names that C files and extensions need besides."""
-
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +87,7 @@ def parameter_lines(robot: Robot) -> tuple[str, ...]:
 
 
 def _decimal(expression: Expression) -> str:
-    return f"{evaluate(expression, {}, _FLOATS):.6g}"
+    return f"{evaluate(expression, {}, FLOATS):.6g}"
 
 
 def operation_line(program: Program) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 
-from kinegen.robot.expressions import Expression, Name, add, substitute
+from kinegen.robot.expressions import Expression, Name, add, arcs, names, substitute
 from kinegen.robot.fields import fail, within
 from kinegen.robot.model import Dimension, Frame, JointType, JointVariable, Parameter, Row, Step
 from kinegen.robot.motion import MOVING
@@ -40,6 +40,7 @@ class Converter:
         """
         angles = frozenset(name for name, known in self.parameters.items() if known.dimension is Dimension.ANGLE)
         with within(slot.label, slot.line):
+            self._check_arcs(slot.expression)
             types = {**self.types, OWN: self.types[joint]} if joint else self.types
             factors, offset = split(slot, types, angles, degrees=self.degrees)
             checked_value(offset, self.values)
@@ -49,6 +50,13 @@ class Converter:
                 if word not in factors or is_zero(checked_value(factors[word], self.values)):
                     fail(f"'{word}' is multiplied by zero")
         return join({joint if name == OWN and joint else name: factor for name, factor in factors.items()}, offset)
+
+    def _check_arcs(self, expression: Expression) -> None:
+        """Refuse a runtime parameter in an arc: kernels get such angles as constants."""
+        for name in (name for arc in arcs(expression) for name in names(arc)):
+            if name in self.parameters and self.parameters[name].runtime:
+                where = "cannot stand in asin, acos, atan or atan2"
+                fail(f"'{name}' is set at run time and {where}; make the angle a parameter")
 
     def row(self, raw: RawRow) -> Row:
         """Convert one row of the table."""

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate, linear
+from kinegen.robot.expressions import Expression, evaluate, linear
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import BASE, TOOL, WRIST, JointType, JointVariable, Robot, Step
 
 SMALLEST_REACH = 1e-6
 """Reach of a robot without any length, so that tolerances that scale with the reach never vanish."""
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 def joint_box(robot: Robot) -> tuple[tuple[float, float], ...]:
@@ -55,7 +54,7 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
 
 def _bounds(variable: JointVariable, stroke: float) -> tuple[float, float]:
     if variable.limits is not None:
-        low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in variable.limits)
+        low, high = (float(evaluate(limit, {}, FLOATS)) for limit in variable.limits)
         return low, high
     half = stroke if variable.type is JointType.PRISMATIC else math.pi
     return -half, half
@@ -93,17 +92,17 @@ def _split(robot: Robot, length: Expression) -> tuple[dict[str, Expression], Exp
 
 
 def _values(robot: Robot) -> dict[str, float]:
-    return {entry.name: float(evaluate(entry.value, {}, _FLOATS)) for entry in robot.parameters}
+    return {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
 
 
 def _constant(robot: Robot, length: Expression) -> float:
     """What a length measures when all joint variables are zero."""
-    return abs(float(evaluate(_split(robot, length)[1], _values(robot), _FLOATS)))
+    return abs(float(evaluate(_split(robot, length)[1], _values(robot), FLOATS)))
 
 
 def _largest(robot: Robot, length: Expression, largest: Mapping[str, float]) -> float:
     """The most that a length can measure over the joint box."""
     factors, _ = _split(robot, length)
     values = _values(robot)
-    strokes = (abs(float(evaluate(factor, values, _FLOATS))) * largest[name] for name, factor in factors.items())
+    strokes = (abs(float(evaluate(factor, values, FLOATS))) * largest[name] for name, factor in factors.items())
     return _constant(robot, length) + sum(strokes)

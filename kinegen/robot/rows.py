@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from kinegen.robot import keys
+from kinegen.robot.expressions import FUNCTIONS
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
 from kinegen.robot.model import BASE, Convention, Dimension
 from kinegen.robot.nodes import choice, items, mapping, word
@@ -52,6 +53,8 @@ def _read_row(node: Node, above: list[RawRow], lines: dict[str, int], convention
             fail("key 'name' is missing (as in name: elbow)")
         name = word(fields["name"], "a name")
         accept_name("joint", name, fields["name"].line)
+        if name in FUNCTIONS:
+            fail(f"{quote(name)} is a function; choose another name", fields["name"].line)
         own = _row_convention(fields, convention)
         steps = read_steps(fields["ets"], moving=True) if "ets" in fields else ()
         return RawRow(

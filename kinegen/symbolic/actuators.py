@@ -25,7 +25,7 @@ from kinegen.symbolic.transforms import EXACT, symbols
 FREE = Arithmetic(
     number=EXACT.number,
     pi=EXACT.pi,
-    functions={"sqrt": sp.sqrt, "sin": sp.sin, "cos": sp.cos, "asin": sp.asin, "acos": sp.acos, "atan2": sp.atan2},
+    functions={**EXACT.functions, "sin": sp.sin, "cos": sp.cos},
 )
 """Exact sympy numbers, with every function that an actuator may need."""
 

@@ -19,6 +19,9 @@ from kinegen.symbolic.transforms import EXACT, symbols
 COLUMNS = ("alpha", "a", "d", "theta", "beta")
 """The entries of a row, in the order in which they are printed."""
 
+ARCS = (sp.asin, sp.acos, sp.atan, sp.atan2)
+"""The functions that give an angle."""
+
 _ANGLES = frozenset({"alpha", "theta", "beta"})
 
 
@@ -155,7 +158,9 @@ class _FileUnits:
         """One entry; only what is an angle counts in degrees."""
         exact = sp.expand(evaluate(expression, self.values, EXACT))
         if self.degrees and dimension is Dimension.ANGLE:
-            exact = sp.expand(exact.xreplace(self.angles) * 180 / sp.pi)
+            # An arc is an angle as it stands, and what it is taken of is no angle.
+            turned = {arc: arc * sp.pi / 180 for arc in exact.atoms(*ARCS)}
+            exact = sp.expand(exact.xreplace(self.angles | turned) * 180 / sp.pi)
         return self.reader.angle(exact)
 
     def steps(self, steps: tuple[Step, ...]) -> tuple[TableStep, ...]:

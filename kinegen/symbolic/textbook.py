@@ -60,10 +60,10 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function of something constant that has no shorter form, such as `cos(pi/7)`; `abs`, `cos` or `sin`."""
+    """A function of constants that has no shorter form, such as `cos(pi/7)` or `atan2(1, 2)`, or an absolute value."""
 
     name: str
-    argument: Sum
+    arguments: tuple[Sum, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,7 +212,7 @@ class Reader:
         if expression.is_Add:
             return self.sum(expression)
         if expression.is_Function:
-            return Function(expression.func.__name__.lower(), self.sum(expression.args[0]))
+            return Function(expression.func.__name__.lower(), tuple(map(self.sum, expression.args)))
         return self.power(expression.base, expression.exp)
 
     def power(self, base: sp.Expr, exponent: sp.Rational) -> Factor:

@@ -20,8 +20,9 @@ from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Kind
 from kinegen.robot.actuators_extent import reading_ranges
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import JointType
 
 LINE = 120
@@ -42,7 +43,6 @@ ACTUATORS = "_actuators.py"
 INVERSE = ("_inverse.py", "_targets.py")
 """What is copied besides where there is a closed-form inverse."""
 
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
 
 
@@ -261,7 +261,7 @@ def _batch_shape(array: Array) -> str:
 def _limits(limits: tuple[Expression, Expression] | None) -> str:
     if limits is None:
         return "None"
-    low, high = (evaluate(bound, {}, _FLOATS) for bound in limits)
+    low, high = (evaluate(bound, {}, FLOATS) for bound in limits)
     return f"({low!r}, {high!r})"
 
 
