@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from kinegen.robot.expressions import Expression, evaluate, linear
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import BASE, TOOL, WRIST, JointType, JointVariable, Robot, Step
+from kinegen.robot.model import TOOL, WRIST, JointType, JointVariable, Robot, Step
 
 SMALLEST_REACH = 1e-6
 """Reach of a robot without any length, so that tolerances that scale with the reach never vanish."""
@@ -46,7 +46,7 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
     box = zip(robot.variables, joint_box(robot), strict=True)
     largest = {variable.name: max(abs(low), abs(high)) for variable, (low, high) in box}
     lengths = _lengths(robot)
-    totals = {BASE: 0.0}
+    totals = {robot.root: 0.0}
     for name, parent in _parents(robot):
         totals[name] = totals[parent] + sum(_largest(robot, length, largest) for length in lengths[name])
     return max(SMALLEST_REACH, *(totals[name] for name in (robot.tips if frames is None else frames)))
@@ -62,7 +62,7 @@ def _bounds(variable: JointVariable, stroke: float) -> tuple[float, float]:
 
 def _parents(robot: Robot) -> Iterator[tuple[str, str]]:
     """Every frame but the base with its parent, parents first; the base transform counts to each first row."""
-    last = robot.rows[-1].name if robot.rows else BASE
+    last = robot.rows[-1].name if robot.rows else robot.root
     for row in robot.rows:
         yield row.name, row.parent
     if not robot.is_tree:
@@ -79,7 +79,7 @@ def _lengths(robot: Robot) -> dict[str, tuple[Expression, ...]]:
     found = {TOOL: _shifts(robot.tool) + (() if robot.rows else base), WRIST: ()}
     for row in robot.rows:
         entries = tuple(entry for entry in (row.a, row.d) if entry is not None)
-        found[row.name] = (base if row.parent == BASE else ()) + _shifts(row.steps) + entries
+        found[row.name] = (base if row.parent == robot.root else ()) + _shifts(row.steps) + entries
     return found | {frame.name: _shifts(frame.steps) for frame in robot.frames}
 
 

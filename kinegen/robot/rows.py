@@ -5,7 +5,7 @@ from __future__ import annotations
 from kinegen.robot import keys
 from kinegen.robot.expressions import FUNCTIONS
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
-from kinegen.robot.model import BASE, Convention, Dimension
+from kinegen.robot.model import BASE, Convention, Dimension, root_name
 from kinegen.robot.nodes import choice, items, mapping, word
 from kinegen.robot.slots import RawRow, Slot, read_slot, read_steps
 from kinegen.robot.yaml_tree import Mapping, Node, Scalar
@@ -19,7 +19,7 @@ def read_rows(node: Node, convention: Convention) -> tuple[RawRow, ...]:
         convention: The convention of the file.
 
     Returns:
-        The rows in order; each parent is `BASE` or an earlier row.
+        The rows in order; each parent is the root frame or an earlier row.
 
     Raises:
         RobotFileError: At the first defect.
@@ -131,12 +131,14 @@ def _limits(node: Node | None) -> tuple[Slot, Slot] | None:
 
 def _parent(node: Node | None, name: str, above: list[RawRow], lines: dict[str, int]) -> str:
     if node is None:
-        return above[-1].name if above else BASE
+        return above[-1].name if above else root_name(lines)
     with within("parent", node.line):
         parent = word(node, "the name of an earlier row, or base")
         if parent == name:
             fail("a row cannot be its own parent")
         names = [row.name for row in above]
+        if parent == BASE and BASE in lines:
+            fail(f"{quote(BASE)} is a joint here (line {lines[BASE]}) as well as the root frame; rename the joint")
         if parent not in (BASE, *names):
             if parent in lines:
                 fail(f"{quote(parent)} stands below (line {lines[parent]}); a parent stands above its children")

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from kinegen.robot.expressions import Expression, evaluate, names
-from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Parameter, Robot, Row, Step
+from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Parameter, Robot, Row, Step, frame_label
 from kinegen.symbolic.textbook import Reader, Sum, printed_name
 from kinegen.symbolic.transforms import EXACT, symbols
 
@@ -102,10 +102,8 @@ def read_table(robot: Robot, only: frozenset[str] | None = None) -> Table:
     units = _FileUnits(robot)
     rows = tuple(row for row in robot.rows if only is None or row.name in only)
     columns = tuple(column for column in COLUMNS if any(getattr(row, column) is not None for row in rows))
-    last = robot.rows[-1].name if robot.rows else BASE
-    fixed = [
-        (name, parent, steps) for name, parent, steps in (("0", BASE, robot.base), (TOOL, last, robot.tool)) if steps
-    ]
+    last = robot.rows[-1].name if robot.rows else robot.root
+    fixed = [each for each in (("0", BASE, robot.base), (TOOL, frame_label(last), robot.tool)) if each[2]]
     fixed += [(frame.name, frame.parent, frame.steps) for frame in robot.frames]
     fixed = [each for each in fixed if only is None or each[0] in only]
     used = {name for row in rows for name in _row_names(row)}

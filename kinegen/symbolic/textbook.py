@@ -15,7 +15,7 @@ from fractions import Fraction
 import sympy as sp
 
 from kinegen.angles import Angle, AngleLabels
-from kinegen.robot.model import Robot
+from kinegen.robot.model import Robot, frame_label
 from kinegen.symbolic.chain import FrameName
 from kinegen.symbolic.pose import transform
 
@@ -143,7 +143,7 @@ def printed_name(name: str) -> str:
 def transform_name(start: FrameName, end: FrameName) -> str:
     """`base_T_tool`, or `3T6` between rows."""
     numeric = str(start).isdecimal() and str(end).isdecimal()
-    return f"{start}T{end}" if numeric else f"{start}_T_{end}"
+    return f"{start}T{end}" if numeric else f"{frame_label(start)}_T_{frame_label(end)}"
 
 
 def label_order(label: str) -> tuple[bool, int, str]:
