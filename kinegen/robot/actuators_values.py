@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from decimal import Decimal, localcontext
+from decimal import Context, Decimal, localcontext
 
 from kinegen.robot.expressions import (
     Atan2,
@@ -63,7 +63,7 @@ def _parts(expression: Expression) -> tuple[Expression, ...]:
 
 def is_singular(matrix: list[list[Decimal]]) -> bool:
     """Whether a square matrix has no inverse, by elimination with the largest pivot of each column."""
-    with localcontext(prec=50):
+    with localcontext(Context(prec=50)):
         return _eliminates([list(row) for row in matrix])
 
 

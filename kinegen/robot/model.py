@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import StrEnum
 
+from kinegen.older import StrEnum
 from kinegen.robot.actuators import NO_ACTUATORS, Actuators
 from kinegen.robot.expressions import Expression
 
