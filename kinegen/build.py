@@ -45,6 +45,7 @@ from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
+from kinegen.verify.wrong_unit import wrong_unit
 from kinegen.write import write_files
 
 
@@ -123,8 +124,12 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *reasons, *map(str, nearly_special(robot)), *precision_notes(kernels, options.reals)),
+        notes=(*notes, *reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
     )
+
+
+def _file_notes(robot: Robot) -> tuple[str, ...]:
+    return tuple(map(str, (*wrong_unit(robot), *nearly_special(robot))))
 
 
 def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:

@@ -11,13 +11,12 @@ from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import comment_text
 from kinegen.outputs import Quantity
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, JointType, Robot
 
 _PARTS = ("batch", "tile", "arrays", "pointers", "expected")
 """What follows the names of functions in names that C files and extensions need besides."""
-
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,12 +89,12 @@ def parameter_lines(robot: Robot) -> tuple[str, ...]:
 
 def _outwards(limit: Expression, rounding: str) -> str:
     """A limit with six digits that leave no joint value between the limits outside."""
-    exact = Decimal(repr(float(evaluate(limit, {}, _FLOATS))))
+    exact = Decimal(repr(float(evaluate(limit, {}, FLOATS))))
     return f"{float(Context(prec=6, rounding=rounding).plus(exact)):.6g}"
 
 
 def _decimal(expression: Expression) -> str:
-    return f"{evaluate(expression, {}, _FLOATS):.6g}"
+    return f"{evaluate(expression, {}, FLOATS):.6g}"
 
 
 def operation_line(program: Program) -> str:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from fractions import Fraction
 
+from kinegen.older import StrEnum
 from kinegen.outputs import Quantity, Signature
 
 

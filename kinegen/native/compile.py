@@ -1,7 +1,7 @@
 """From C text to the compiled extension: one shared library, built in a folder of its own and remembered.
 
 In: C files by name, their compilations, the declarations for cffi. Out: the bytes of `_native.abi3.so`, which serves
-every CPython from 3.11 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to
+every CPython from 3.10 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to
 say.
 """
 

@@ -12,10 +12,9 @@ from collections.abc import Iterator, Sequence
 
 from kinegen.robot.actuators import Coupling, Drive, Formula, Reading
 from kinegen.robot.algebra import ExpressionError, linear
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Robot
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 _ROUNDING = 1e-12
 """Share of a range by which it is wider, so that a reading computed from a joint at its limit is within."""
@@ -43,8 +42,8 @@ def _by_drive(robot: Robot, drive: Drive, reading: Reading) -> Iterator[Range]:
     form = _affine(drive)
     if form is None or reading.name not in drive.actuators:
         return
-    known = {entry.name: evaluate(entry.value, {}, _FLOATS) for entry in robot.parameters}
-    matrix = [[float(evaluate(entry, known, _FLOATS)) for entry in row] for row in form[0]]
+    known = {entry.name: evaluate(entry.value, {}, FLOATS) for entry in robot.parameters}
+    matrix = [[float(evaluate(entry, known, FLOATS)) for entry in row] for row in form[0]]
     weights = _inverse_row(matrix, drive.actuators.index(reading.name))
     # What the matrix has to make of the readings: the joints less what is added.
     needed = [
@@ -73,21 +72,21 @@ def _limits(robot: Robot, joint: str) -> Range:
     limits = next(variable.limits for variable in robot.variables if variable.name == joint)
     if limits is None:
         return -math.inf, math.inf
-    low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in limits)
+    low, high = (float(evaluate(limit, {}, FLOATS)) for limit in limits)
     return low, high
 
 
 def _of(robot: Robot, offset: Expression) -> Range:
     """The range of what is added to a joint, over the limits of the joints that stand in it."""
-    known = {entry.name: evaluate(entry.value, {}, _FLOATS) for entry in robot.parameters}
+    known = {entry.name: evaluate(entry.value, {}, FLOATS) for entry in robot.parameters}
     try:
         factors, rest = linear(offset, frozenset(variable.name for variable in robot.variables))
     except ExpressionError:
         return -math.inf, math.inf
     parts = [
-        _scaled(float(evaluate(factor, known, _FLOATS)), _limits(robot, joint)) for joint, factor in factors.items()
+        _scaled(float(evaluate(factor, known, FLOATS)), _limits(robot, joint)) for joint, factor in factors.items()
     ]
-    constant = float(evaluate(rest, known, _FLOATS))
+    constant = float(evaluate(rest, known, FLOATS))
     return _sum([(constant, constant), *parts])
 
 

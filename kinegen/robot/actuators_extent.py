@@ -10,14 +10,14 @@ from collections.abc import Mapping
 
 from kinegen.robot.actuators import Coupling, FourBar, Reading, Triangle
 from kinegen.robot.actuators_allowed import allowed_by_joints
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.extent import joint_box
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, Robot
 
 MARGIN = 0.01
 """Share of the way of a linkage that is left out at either end: at a dead centre every rounding error is boundless."""
 
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 Range = tuple[float, float]
 
@@ -59,14 +59,14 @@ def _range(robot: Robot, reading: Reading) -> Range:
 
 
 def _value(robot: Robot, expression: Expression) -> float:
-    values = {entry.name: evaluate(entry.value, {}, _FLOATS) for entry in robot.parameters}
-    return float(evaluate(expression, values, _FLOATS))
+    values = {entry.name: evaluate(entry.value, {}, FLOATS) for entry in robot.parameters}
+    return float(evaluate(expression, values, FLOATS))
 
 
 def _limits(reading: Reading) -> Range:
     if reading.limits is None:
         return -math.inf, math.inf
-    low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in reading.limits)
+    low, high = (float(evaluate(limit, {}, FLOATS)) for limit in reading.limits)
     return low, high
 
 

@@ -98,6 +98,7 @@ def test_actuators_count_in_the_hash_and_their_absence_does_not() -> None:
     ("text", "tree"),
     [
         ("acos(m)", Call("acos", Name("m"))),
+        ("atan(m)", Call("atan", Name("m"))),
         ("atan2(y, x)", Atan2(Name("y"), Name("x"))),
         ("sin(cos(2))", Call("sin", Call("cos", number(2)))),
     ],
@@ -114,7 +115,9 @@ def test_functions_of_actuators(text: str, tree: object) -> None:
         ("atan2(1)", "atan2 takes 2 values, found 1"),
         ("acos()", "acos takes 1 value, found 0"),
         ("tan(1)", "unknown function 'tan'"),
-        ("m, 2", "only numbers, names, pi, sqrt, sin, cos, asin, acos, atan2"),
+        ("m, 2", "',' cannot stand in an expression"),
+        ("m[2]", r"'\[' cannot stand in an expression"),
+        ("(m).real", "only numbers, names, pi, sqrt, asin, acos, atan, atan2, sin, cos"),
     ],
 )
 def test_what_is_no_function_of_actuators(text: str, message: str) -> None:
@@ -123,8 +126,8 @@ def test_what_is_no_function_of_actuators(text: str, message: str) -> None:
 
 
 def test_the_table_keeps_its_own_language() -> None:
-    with pytest.raises(ExpressionError, match=r"unknown function 'acos' \(expected sqrt\)"):
-        parse("acos(1)")
+    with pytest.raises(ExpressionError, match=r"unknown function 'cos' \(expected sqrt, asin, acos, atan, atan2\)"):
+        parse("cos(1)")
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,15 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root / "generated"
 
 
+def test_an_older_python_is_refused_with_a_sentence(generated: Path) -> None:
+    code = "import sys; sys.version_info = (3, 9, 18); sys.path.insert(0, sys.argv[1]); import hand"
+    command = [sys.executable, "-B", "-c", code, str(generated)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 1
+    assert done.stderr.endswith("ImportError: hand needs Python 3.10 or newer; this is Python 3.9\n")
+
+
 # D301: quotes and backslashes of an odd description are escaped, which reads no worse than a raw string.
 @pytest.mark.parametrize("command", [["check", "--extend-ignore=D301"], ["format", "--diff"]])
 def test_generated_modules_are_clean_under_ruff(command: list[str], generated: Path) -> None:

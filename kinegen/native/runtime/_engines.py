@@ -118,7 +118,8 @@ class Formula:
             upper = array[..., :3, :] if result.is_pose and code == 0 else array
             for place in np.ndindex(*upper.shape[lead:]):
                 row = next(rows)
-                upper[(..., *place)] = np.reshape(row, shape if np.ndim(row) else ())
+                index = (..., *place)
+                upper[index] = np.reshape(row, shape if np.ndim(row) else ())
             if upper is not array:
                 array[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
 
