@@ -30,6 +30,7 @@ from kinegen.native.dispatch import Unit
 from kinegen.native.glue import GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
+_MODULE = f"PyInit_{EXTENSION.partition('.')[0]}"  # ours adds functions to what the one of cffi makes
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 _OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
@@ -130,7 +131,7 @@ def _write_wrapper(path: Path, cdef: str, module: str) -> None:
     ffi = cffi.FFI()
     ffi.cdef(cdef)
     make_c_source(
-        ffi, module, f'#include "{HEADER}"', str(path)
+        ffi, module, f'#include "{HEADER}"\n#define {_MODULE} kinegen_cffi_module', str(path)
     )  # what ffi.emit_c_code does, without its line of print
 
 

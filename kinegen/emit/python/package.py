@@ -27,7 +27,7 @@ from kinegen.robot.model import JointType
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py", "_threads.py")
+RUNTIME = ("_kernel.py", "_engines.py", "_quick.py", "_threads.py")
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"

@@ -66,6 +66,10 @@ class Compiled:
         """The function that small plain arrays may be given to at once."""
         return self._prepared(params)[2]
 
+    def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
+        """The parameters as C structs, by number type; none where there are no parameters."""
+        return self._prepared(params)[1]
+
     def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
         """The scalar kernel with its pointers filled in, inputs first."""
         real = arrays[0].dtype
@@ -103,6 +107,10 @@ class Formula:
 
     def direct(self, params: Any) -> None:
         """There is no short cut."""
+
+    def structs(self, _params: Any) -> dict[np.dtype[Any], Any]:
+        """There are none."""
+        return {}
 
     def fill(self, params: Any, real: np.dtype[Any], code: int, lead: int, arrays: Sequence[Floats]) -> None:
         """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
