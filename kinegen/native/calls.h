@@ -10,6 +10,7 @@
 #define KINEGEN_CALLS_H_INCLUDED
 
 #include "arrays.h"
+#include "memory.h"
 #include <string.h>
 #include <structmember.h>
 
@@ -52,6 +53,9 @@ static void **numpy;              /* the functions of NumPy, by number */
 #define NEW_ARRAY(rank, shape, type)                                                                                   \
     (((PyObject * (*)(PyTypeObject *, int, const npy_intp *, int, const npy_intp *, void *, int, int, PyObject *))     \
           numpy[93])(ARRAY_TYPE, rank, shape, type, NULL, NULL, 0, 0, NULL))
+
+#define FEATURES() (((unsigned int (*)(void))numpy[211])())
+#define SET_HANDLER(handler) (((PyObject * (*)(PyObject *)) numpy[304])(handler))
 
 static Quick *quick_of(PyObject *self)
 {
@@ -359,6 +363,32 @@ static PyObject *quick_class(PyObject *module, PyObject *base)
     return made;
 }
 
+/* empty_large(empty, shape, dtype): what `empty(shape, dtype)` of NumPy gives, in memory that is used again. */
+static PyObject *empty_large(PyObject *module, PyObject *args)
+{
+    PyObject *empty, *shape, *type, *result, *error[3];
+    PyObject *handler = NULL, *usual = NULL;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "OOO", &empty, &shape, &type)) return NULL;
+#ifdef KEEPS_MEMORY
+    if (find_numpy() && FEATURES() >= NPY_1_22_API_VERSION) {
+        handler = PyCapsule_New(&results_handler, "mem_handler", NULL);
+        usual = handler == NULL ? NULL : SET_HANDLER(handler);
+        Py_XDECREF(handler);
+        if (usual == NULL) return NULL;
+    }
+#endif
+    result = PyObject_CallFunctionObjArgs(empty, shape, type, NULL);
+    if (usual != NULL) {
+        PyErr_Fetch(&error[0], &error[1], &error[2]);
+        handler = SET_HANDLER(usual);
+        PyErr_Restore(error[0], error[1], error[2]);
+        Py_XDECREF(handler);
+        Py_DECREF(usual);
+    }
+    return result;
+}
+
 static const Entry *find_entry(const char *name);
 
 /* quicken(object, name, kind, params...): whether plain calls of the object go to the kernel of that name from now on.
@@ -389,12 +419,13 @@ static PyObject *quicken(PyObject *module, PyObject *args)
 
 PyMODINIT_FUNC kinegen_cffi_module(void);
 
-/* The module is the one that cffi makes, with two more functions. */
+/* The module is the one that cffi makes, with three more functions. */
 PyMODINIT_FUNC PyInit__native(void)
 {
     static PyMethodDef functions[] = {
         {"quick_class", quick_class, METH_O, NULL},
         {"quicken", quicken, METH_VARARGS, NULL},
+        {"empty_large", empty_large, METH_VARARGS, NULL},
         {NULL, NULL, 0, NULL},
     };
     PyObject *const module = kinegen_cffi_module();

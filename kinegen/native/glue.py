@@ -130,7 +130,7 @@ def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[
         C text by file name, to be compiled beside the emitted files.
     """
     place = resources.files("kinegen.native")
-    headers = {name: place.joinpath(name).read_text(encoding="utf-8") for name in ("arrays.h", "calls.h")}
+    headers = {name: place.joinpath(name).read_text(encoding="utf-8") for name in ("arrays.h", "memory.h", "calls.h")}
     own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
     own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
     header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own, *more]

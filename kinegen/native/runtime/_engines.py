@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_LARGE = 1 << 24  # bytes of a result whose memory is worth being used again
+
 
 class Array(NamedTuple):
     """One input or result of a kernel, for one configuration: its name, its shape, and whether it holds 4x4 poses."""
@@ -48,7 +50,7 @@ class Compiled:
     ) -> None:
         self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
         self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
-        self._results = len(results)
+        self._results, self._empty_large = len(results), getattr(native, "empty_large", None)
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
@@ -69,6 +71,13 @@ class Compiled:
     def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
         """The parameters as C structs, by number type; none where there are no parameters."""
         return self._prepared(params)[1]
+
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result; that of large ones is used again when they are gone."""
+        if self._empty_large is None or math.prod(shape) * dtype.itemsize < _LARGE:
+            return np.empty(shape, dtype)
+        found: Floats = self._empty_large(np.empty, shape, dtype)
+        return found
 
     def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
         """The scalar kernel with its pointers filled in, inputs first."""
@@ -107,6 +116,10 @@ class Formula:
 
     def direct(self, params: Any) -> None:
         """There is no short cut."""
+
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result."""
+        return np.empty(shape, dtype)
 
     def structs(self, _params: Any) -> dict[np.dtype[Any], Any]:
         """There are none."""

@@ -210,7 +210,7 @@ class Kernel(Generic[Result]):
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
-            results = tuple(np.empty(shape, dtype) for shape in shapes)
+            results = tuple(self._engine.empty(shape, dtype) for shape in shapes)
         else:
             results = (out,) if len(self.results) == 1 else out
             self._checked_results(results, lead, dtype, arrays, layout)
