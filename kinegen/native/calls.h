@@ -402,25 +402,25 @@ static PyObject *quicken(PyObject *module, PyObject *args)
     int is_inverse;
     (void)module;
     if (!PyArg_ParseTuple(args, "OssOO", &self, &name, &kind, &addresses[0], &addresses[1])) return NULL;
-    if (PyType_GetSlot(Py_TYPE(self), Py_tp_call) != (void *)call_base) Py_RETURN_FALSE;
+    if (PyType_GetSlot(Py_TYPE(self), Py_tp_call) != (void *)call_base) return PyBool_FromLong(0);
     entry = find_entry(name);
-    if (entry == NULL || entry->arrays > MOST_ARRAYS) Py_RETURN_FALSE;
+    if (entry == NULL || entry->arrays > MOST_ARRAYS) return PyBool_FromLong(0);
     is_inverse = strcmp(kind, "inverse") == 0;
     if (is_inverse && (entry->inputs != 1 || entry->arrays != 3 || entry->forms[2].shape[0] > MOST_BRANCHES)) {
-        Py_RETURN_FALSE;
+        return PyBool_FromLong(0);
     }
     quick = quick_of(self);
     for (int i = 0; i < 2; ++i) quick->params[i] = PyLong_AsVoidPtr(addresses[i]);
     if (PyErr_Occurred()) return NULL;
     quick->entry = entry;
     quick->call = is_inverse ? call_inverse : call_kernel;
-    Py_RETURN_TRUE;
+    return PyBool_FromLong(1);
 }
 
-PyMODINIT_FUNC kinegen_cffi_module(void);
+PyObject *kinegen_with_calls(PyObject *module);
 
-/* The module is the one that cffi makes, with three more functions. */
-PyMODINIT_FUNC PyInit__native(void)
+/* The module that cffi made, with three more functions. */
+PyObject *kinegen_with_calls(PyObject *module)
 {
     static PyMethodDef functions[] = {
         {"quick_class", quick_class, METH_O, NULL},
@@ -428,7 +428,6 @@ PyMODINIT_FUNC PyInit__native(void)
         {"empty_large", empty_large, METH_VARARGS, NULL},
         {NULL, NULL, 0, NULL},
     };
-    PyObject *const module = kinegen_cffi_module();
     if (module != NULL && PyModule_AddFunctions(module, functions) != 0) PyErr_Clear();
     return module;
 }

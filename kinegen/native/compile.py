@@ -30,7 +30,14 @@ from kinegen.native.dispatch import Unit
 from kinegen.native.glue import GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
-_MODULE = f"PyInit_{EXTENSION.partition('.')[0]}"  # ours adds functions to what the one of cffi makes
+
+# The module is what cffi makes, with the functions of calls.h.
+_PREAMBLE = f"""#include "{HEADER}"
+PyObject *kinegen_with_calls(PyObject *module);
+static PyObject *kinegen_cffi_module(void);
+PyMODINIT_FUNC PyInit__native(void) {{ return kinegen_with_calls(kinegen_cffi_module()); }}
+#define PyInit__native kinegen_cffi_module"""
+
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 _OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
@@ -130,9 +137,7 @@ def _build(
 def _write_wrapper(path: Path, cdef: str, module: str) -> None:
     ffi = cffi.FFI()
     ffi.cdef(cdef)
-    make_c_source(
-        ffi, module, f'#include "{HEADER}"\n#define {_MODULE} kinegen_cffi_module', str(path)
-    )  # what ffi.emit_c_code does, without its line of print
+    make_c_source(ffi, module, _PREAMBLE, str(path))  # what ffi.emit_c_code does, without its line of print
 
 
 def _includes() -> tuple[str, ...]:
