@@ -31,6 +31,14 @@ from kinegen.native.dispatch import Unit
 from kinegen.native.glue import GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
+
+# The module is what cffi makes, with the functions of calls.h.
+_PREAMBLE = f"""#include "{HEADER}"
+PyObject *kinegen_with_calls(PyObject *module);
+static PyObject *kinegen_cffi_module(void);
+PyMODINIT_FUNC PyInit__native(void) {{ return kinegen_with_calls(kinegen_cffi_module()); }}
+#define PyInit__native kinegen_cffi_module"""
+
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 _OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
@@ -151,9 +159,7 @@ def _own_units() -> tuple[Unit, Unit]:
 def _write_wrapper(path: Path, cdef: str, module: str) -> None:
     ffi = cffi.FFI()
     ffi.cdef(cdef)
-    make_c_source(
-        ffi, module, f'#include "{HEADER}"', str(path)
-    )  # what ffi.emit_c_code does, without its line of print
+    make_c_source(ffi, module, _PREAMBLE, str(path))  # what ffi.emit_c_code does, without its line of print
 
 
 def _includes() -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.floating[Any]]
 
 _SLOWER = "about 50 times slower than C"
+_LARGE = 1 << 24  # bytes of a result whose memory is worth being used again
 
 
 class Array(NamedTuple):
@@ -51,7 +52,7 @@ class Compiled:
     ) -> None:
         self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
         self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
-        self._results = len(results)
+        self._results, self._empty_large = len(results), getattr(native, "empty_large", None)
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
@@ -68,6 +69,17 @@ class Compiled:
     def direct(self, params: Any) -> Callable[..., int]:
         """The function that small plain arrays may be given to at once."""
         return self._prepared(params)[2]
+
+    def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
+        """The parameters as C structs, by number type; none where there are no parameters."""
+        return self._prepared(params)[1]
+
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result; that of large ones is used again when they are gone."""
+        if self._empty_large is None or math.prod(shape) * dtype.itemsize < _LARGE:
+            return np.empty(shape, dtype)
+        found: Floats = self._empty_large(np.empty, shape, dtype)
+        return found
 
     def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
         """The scalar kernel with its pointers filled in, inputs first."""
@@ -106,6 +118,14 @@ class Formula:
 
     def direct(self, params: Any) -> None:
         """There is no short cut."""
+
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result."""
+        return np.empty(shape, dtype)
+
+    def structs(self, _params: Any) -> dict[np.dtype[Any], Any]:
+        """There are none."""
+        return {}
 
     def fill(self, params: Any, real: np.dtype[Any], code: int, lead: int, arrays: Sequence[Floats]) -> None:
         """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""

@@ -33,6 +33,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         options: As for a kernel.
     """
 
+    kind = "inverse"
+
     def __init__(
         self,
         name: str,
