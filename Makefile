@@ -108,9 +108,9 @@ clean: ## removes what was built, and .venv
 # The environment ------------------------------------------------------------------------------------------------------
 
 $(VENV)/.made: scripts/make_venv.py scripts/get_headers.py
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
-	    echo "error: kinegen needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>/dev/null || echo missing)"; \
-	    echo "  Name another one:  make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null || { \
+	    echo "error: kinegen needs Python 3.10 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>/dev/null || echo missing)"; \
+	    echo "  Name another one:  make PYTHON=/path/to/python3.10"; exit 1; }
 	@$(PYTHON) scripts/make_venv.py $(VENV)
 	@$(PYTHON) scripts/get_headers.py $(VENV)
 	@touch $@

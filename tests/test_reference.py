@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.reference.numbers import digits
+from kinegen.reference.series import Series, in_series
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import JointType, Robot
@@ -246,3 +248,16 @@ def test_the_reach_of_named_frames_can_be_asked_for() -> None:
 
     assert reach(arm) == 1.0
     assert reach(arm, ["far"]) == 8.0
+
+
+@pytest.mark.parametrize("name", ["asin", "acos", "atan"])
+def test_series_of_arcs_are_taylors(name: str) -> None:
+    with mpmath.workdps(40):
+        kind = in_series(digits(), 2)
+        function = getattr(mpmath, name)
+        small = Series({(): mpmath.mpf("0.3"), (0,): mpmath.mpf(2)}, 2)
+        parts = kind.arithmetic.functions[name](small).parts
+
+        expected = mpmath.taylor(lambda t: function(mpmath.mpf("0.3") + 2 * t), 0, 2)
+        for monomial, coefficient in zip(((), (0,), (0, 0)), expected, strict=True):
+            assert abs(parts[monomial] - coefficient) < 1e-15

@@ -6,14 +6,14 @@ angle of a thousand turns is a number with few digits left behind the point, and
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate, linear
+from kinegen.robot.expressions import Expression, evaluate, linear
 from kinegen.robot.extent import joint_box
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.samples import SEED, FloatArray
 from kinegen.verify.tolerances import UNITS
@@ -29,7 +29,6 @@ SIZES = (1 / 64, 1.0)
 
 MARGIN = 0.9
 STROKES = 4
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +78,12 @@ def angle_rates(robot: Robot) -> tuple[float, ...]:
         One number for each variable, in radians per radian (or length unit); 0 for one that turns nothing.
     """
     names = tuple(variable.name for variable in robot.variables)
-    values = {entry.name: float(evaluate(entry.value, {}, _FLOATS)) for entry in robot.parameters}
+    values = {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
     found = dict.fromkeys(names, 0.0)
     for angle in _angles(robot):
         factors, _ = linear(angle, frozenset(names))
         for name, factor in factors.items():
-            found[name] += abs(float(evaluate(factor, values, _FLOATS)))
+            found[name] += abs(float(evaluate(factor, values, FLOATS)))
     return tuple(found.values())
 
 

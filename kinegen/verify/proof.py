@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
-from kinegen.robot.expressions import Arithmetic, evaluate, number
+from kinegen.robot.expressions import evaluate, number
 from kinegen.robot.extent import reach
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
@@ -45,8 +46,6 @@ LAW_POSES = 24
 
 FEWEST = 4
 """Joint vectors are not left out beyond this."""
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]) -> Proof:
@@ -149,7 +148,7 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
     """
     moved: dict[str, Fraction] = {}
     for place, parameter in enumerate(robot.runtime_parameters, start=1):
-        value = float(evaluate(parameter.value, {}, _FLOATS))
+        value = float(evaluate(parameter.value, {}, FLOATS))
         moved[parameter.name] = Fraction(float(np.float32(value * (1 + place / 16) + 1 / 32)))
     parameters = tuple(
         replace(parameter, value=number(moved[parameter.name])) if parameter.runtime else parameter

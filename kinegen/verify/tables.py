@@ -17,11 +17,11 @@ from kinegen.errors import ProofError
 from kinegen.naming import python_identifier
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.actuators_extent import reading_ranges
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, Robot
 from kinegen.verify.known import quantity_frames
 
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 _DIGITS = 1e-12
 
 DRIVEN = (Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
@@ -126,7 +126,7 @@ def _with(values: Any, place: int, value: float) -> Any:
 
 
 def _number(expression: Expression) -> float:
-    return float(evaluate(expression, {}, _FLOATS))
+    return float(evaluate(expression, {}, FLOATS))
 
 
 def _agree(found: Any, wanted: Any) -> bool:
