@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import ModuleType
@@ -13,21 +13,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinegen.ir.program import Program
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
 from kinegen.robot.expressions import Arithmetic, evaluate, number
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.expectation import Expectation, Limits, expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
 from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
-from kinegen.verify.tolerances import accepted_error
+from kinegen.verify.subjects import FORMS
+from kinegen.verify.tolerances import accepted, number_type, program_of
 from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
+
+Programs = Mapping[Quantity, Program]
 
 MOVED_POSES = 1024
 """Joint vectors that are tried with other values of the runtime parameters."""
@@ -37,6 +41,9 @@ NUMBERS = 200_000
 
 EXACT_NUMBERS = 3000
 """The same in 50 digits, where what a number costs grows with the number of joints."""
+
+HELD = 2**24
+"""So many numbers at most are held of the transforms of a chain and their derivatives."""
 
 LAW_POSES = 24
 """Singular joint vectors times joints, and as many others, at which Jacobians are held against differences."""
@@ -62,14 +69,15 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     inverses = tuple(each for each in quantities if each.kind in (Kind.INVERSE, Kind.NUMERIC_INVERSE))
     quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
-    comparisons = _compare_ways(robot, package, quantities, reals, samples)
+    programs = {quantity: program_of(robot, quantity) for quantity in quantities}
+    comparisons = _compare_ways(robot, package, programs, reals, samples)
     if robot.runtime_parameters:
         moved, values = move_parameters(robot)
-        others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
+        others = _compare_ways(moved, package, programs, reals, samples[-MOVED_POSES:], values)
         comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
     if "double" in reals:
-        comparisons += _compare_exactly(robot, package, quantities)
-        comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
+        comparisons += _compare_exactly(robot, package, programs)
+        comparisons += _compare_laws(robot, package, programs)
     counts: list[str] = []
     for quantity, real in itertools.product(inverses, reals):
         attempt = _search if quantity == NUMERIC_INVERSE else _solve
@@ -149,7 +157,7 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
 def _compare_ways(
     robot: Robot,
     package: ModuleType,
-    quantities: tuple[Quantity, ...],
+    programs: Programs,
     reals: tuple[str, ...],
     samples: FloatArray,
     parameters: tuple[float, ...] | None = None,
@@ -157,47 +165,51 @@ def _compare_ways(
     comparisons = []
     for real in reals:
         store = _Store(robot, DTYPES[real], exact=False)
-        for quantity in quantities:
+        for quantity in programs:
             kernel = getattr(package, quantity.function)
-            points = samples if quantity.kind in PLACES else _fewer(samples, kernel.results, NUMBERS)
+            points = _held(robot, quantity, samples)
+            points = points if quantity.kind in PLACES else _fewer(points, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
+            judge = _Judge(expectation, programs[quantity], real)
             ways = ways_to_call(package, quantity, real, parameters)
-            comparisons += [_compare(expectation, way.target, way.call(inputs), real) for way in ways]
+            comparisons += [judge.compare(way.target, way.call(inputs)) for way in ways]
     return comparisons
 
 
-def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
     store = _Store(robot, DTYPES["double"], exact=True)
     places = vector_samples(robot)
     others = np.concatenate([singular_samples(robot), places])
-    for quantity in quantities:
+    for quantity in programs:
         kernel = getattr(package, quantity.function)
         points = (
             places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
-        results = results_of(kernel, None, inputs)
-        comparisons.append(_compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
+        judge = _Judge(expectation, programs[quantity], "double")
+        comparisons.append(judge.compare(f"{_language(kernel)}, 50 digits", results_of(kernel, None, inputs)))
     return comparisons
 
 
-def _compare_laws(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+def _compare_laws(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """Jacobians against differences of poses, and against each other."""
     comparisons = []
     poses = max(1, LAW_POSES // max(1, robot.dof))
     points = np.concatenate([singular_samples(robot)[:poses], vector_samples(robot)[-poses:]])
-    known, results = Known(robot, {"q": points}), {}
+    known, results, limits = Known(robot, {"q": points}), {}, {}
     by_differences = ByDifferences(robot, {"q": points}, exact=True)
-    for quantity in quantities:
+    for quantity in [each for each in programs if each.kind in JACOBIANS]:
         kernel = getattr(package, quantity.function)
         results[quantity] = results_of(kernel, None, (points,))
         target = f"{_language(kernel)}, differences"
-        comparisons.append(_compare(expect(by_differences, quantity), target, results[quantity], "double"))
-    for quantity, expectation, found in by_adjoint(known, results):
+        judge = _Judge(expect(by_differences, quantity), programs[quantity], "double")
+        comparisons.append(judge.compare(target, results[quantity]))
+        limits[quantity] = judge.limits(target)
+    for quantity, expectation, found, allowed in by_adjoint(known, results, limits):
         target = f"{_language(getattr(package, quantity.function))}, adjoint"
-        comparisons.append(replace(_compare(expectation, target, found, "double"), quantity=quantity))
+        comparisons.append(replace(_compare(expectation, target, found, allowed), quantity=quantity))
     return comparisons
 
 
@@ -232,20 +244,45 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
     return points[::stride]
 
 
-def _compare(expectation: Expectation, target: str, results: Arrays, real: str) -> Comparison:
-    known = expectation.known
-    position, rotation = expectation.errors(results)
-    relative = accepted_error(known.robot, real)
-    severity = np.maximum(position / expectation.length_scale, rotation / expectation.number_scale)
-    row, column = np.unravel_index(np.argmax(np.nan_to_num(severity, nan=np.inf)), severity.shape)
+def _held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
+    """Every second joint vector, or fourth and so on, for robots of many rows, so that the reference stays small."""
+    order = 0 if quantity.kind in PLACES or quantity.kind in FORMS else 2 if quantity.kind is Kind.HESSIAN else 1
+    numbers = 32 * (1 + len(robot.rows) + len(robot.frames)) * (1 + robot.dof) ** order
+    stride = 1
+    while len(points) * numbers > 2 * stride * HELD and len(points) > FEWEST * stride:
+        stride *= 2
+    return points[::stride]
+
+
+class _Judge:
+    """Compares what kernels return at some inputs with what they must; limits are found once for each number type."""
+
+    def __init__(self, expectation: Expectation, program: Program, real: str) -> None:
+        self.expectation, self._program, self._real = expectation, program, real
+        self._limits: dict[bool, Limits] = {}
+
+    def limits(self, target: str) -> Limits:
+        """What is accepted of a target; the sines of NumPy are its own."""
+        library = target.startswith("NumPy")
+        if library not in self._limits:
+            self._limits[library] = accepted(self.expectation, self._program, number_type(self._real, library=library))
+        return self._limits[library]
+
+    def compare(self, target: str, results: Arrays) -> Comparison:
+        """One comparison."""
+        return _compare(self.expectation, target, results, self.limits(target))
+
+
+def _compare(expectation: Expectation, target: str, results: Arrays, limits: Limits) -> Comparison:
+    verdict = expectation.judge(results, limits)
     return Comparison(
         target=target,
         quantity=expectation.quantity,
-        poses=known.count,
-        position_error=float(position.max()),
-        rotation_error=float(rotation.max()),
-        position_tolerance=relative * expectation.length_scale,
-        rotation_tolerance=relative * expectation.number_scale,
-        worst=tuple(float(entry) for entry in known.joints[row]),
-        frame=expectation.frames[int(column)],
+        poses=expectation.known.count,
+        position_error=verdict.position_error,
+        rotation_error=verdict.rotation_error,
+        position_tolerance=verdict.position_limit,
+        rotation_tolerance=verdict.rotation_limit,
+        worst=tuple(float(entry) for entry in expectation.known.joints[verdict.row]),
+        frame=verdict.frame,
     )
