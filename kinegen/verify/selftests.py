@@ -52,8 +52,12 @@ def require_selftest(
         if calls[place] < (FEWEST if robot.dof else 1):
             raise ProofError(f"{name} calls {quantity} {calls[place]} times; nothing was written")
         for result, number, call in _spoils(kernel, quantity, calls[place]):
-            delta = spoil if quantity.kind is not Kind.INVERSE else SPOILT_JOINTS
-            if _run(probe, len(kernels), (place, result, number, call), delta) is not None:
+            size = spoil if quantity.kind is not Kind.INVERSE else SPOILT_JOINTS
+            signs = (1, -1) if call < 0 else (1,)
+            spoilt = [(place, result, number, call)] * len(signs)
+            if any(
+                _run(probe, len(kernels), *each) is not None for each in zip(spoilt, (sign * size for sign in signs))
+            ):
                 where = "all numbers" if number < 0 else f"number {number}"
                 raise ProofError(f"{name} passes with {where} of {quantity} wrong; nothing was written")
 
@@ -64,17 +68,17 @@ def _may_be_left_out(quantity: Quantity) -> bool:
 
 
 def _spoils(kernel: Spoilable, quantity: Quantity, calls: int) -> Iterator[tuple[int, int, int]]:
-    """Result, number (-1 for all) and call (-1 for all) of each trial."""
+    """Result, number (-1 for all) and call (-1 for all, to either side) of each trial."""
     if quantity.kind is Kind.INVERSE:
         yield 0, -1, -1  # which of its branches is compared is not known here
         return
     for result, size in enumerate(kernel.results):
         # The last row of a matrix holds constants, which vectors leave out.
         numbers = [number for number in range(size) if not (_is_pose(quantity, result) and number % 16 > 11)]
+        yield from ((result, number, -1) for number in numbers)
         if len(numbers) * calls <= EACH:
             yield from ((result, number, call) for number, call in itertools.product(numbers, range(calls)))
         else:
-            yield from ((result, number, -1) for number in numbers)
             yield from ((result, -1, call) for call in range(calls))
 
 
