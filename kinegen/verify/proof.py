@@ -67,7 +67,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     if robot.runtime_parameters:
         moved, values = move_parameters(robot)
         others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
-        comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+        comparisons += [_with_parameters(other) for other in others]
     if all(comparison.holds for comparison in comparisons):
         comparisons += compare_usage(robot, package, quantities, reals)
     if "double" in reals:
@@ -82,8 +82,14 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         if robot.runtime_parameters:
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
-            comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+            comparisons += [_with_parameters(other) for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
+
+
+def _with_parameters(comparison: Comparison) -> Comparison:
+    """A comparison with other values of the runtime parameters, which counts in a row of its own."""
+    row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
+    return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
 
 
 def _solve(
@@ -91,17 +97,17 @@ def _solve(
 ) -> tuple[list[Comparison], str]:
     trials = try_inverse(robot, package, quantity, real, values)
     told = counts_line(max(trials, key=lambda trial: trial.poses))
-    return [_inverse_comparison(robot, quantity, trial) for trial in trials], told
+    return [_inverse_comparison(robot, quantity, trial, real) for trial in trials], told
 
 
 def _search(
     robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
 ) -> tuple[list[Comparison], str]:
     searches = try_search(robot, package, real, values)
-    return [_search_comparison(search) for search in searches], search_line(searches[0], robot.units.length)
+    return [_search_comparison(search, real) for search in searches], search_line(searches[0], robot.units.length)
 
 
-def _search_comparison(search: Search) -> Comparison:
+def _search_comparison(search: Search, real: str) -> Comparison:
     return Comparison(
         target=f"{search.target}, search",
         quantity=NUMERIC_INVERSE,
@@ -112,10 +118,11 @@ def _search_comparison(search: Search) -> Comparison:
         rotation_tolerance=search.rotation_tolerance,
         worst=search.worst,
         frame=TOOL,
+        real=real,
     )
 
 
-def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:
+def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,
@@ -126,6 +133,7 @@ def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Compa
         rotation_tolerance=trial.accepted,
         worst=trial.worst,
         frame=TOOL,
+        real=real,
     )
 
 

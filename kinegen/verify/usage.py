@@ -41,13 +41,14 @@ def compare_usage(
     for real in reals:
         _require_guard(robot, package, real)
         comparisons += _beyond(robot, package, quantities, real)
-        for quantity in quantities:
-            if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
-                continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
-            kernel = getattr(package, quantity.function)
-            spoilt = spoil(robot, quantity, kernel.inputs, kernel.results, str(DTYPES[real]))
+    for quantity in quantities:
+        if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
+            continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
+        kernel = getattr(package, quantity.function)
+        spoilt = spoil(robot, quantity, kernel.inputs, kernel.results)
+        for real in reals:
             for way in _forms(package, quantity, real):
-                require_spoilt(robot, quantity, way, spoilt)
+                require_spoilt(robot, quantity, way, spoilt, str(DTYPES[real]))
     return comparisons
 
 
