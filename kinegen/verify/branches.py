@@ -67,16 +67,14 @@ def require_names(
     names = package.BRANCHES
     if len(names) != joints.shape[1] or len(set(names)) != len(names):
         raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
+    places = np.nonzero(solved)
+    rows = joints[places]
+    found = signs(robot, family, rows) if len(rows) else {}
     for index, name in enumerate(names):
-        rows = joints[solved[:, index], index]
-        if not len(rows):
-            continue
-        found = signs(robot, family, rows)
+        own = places[1] == index
         for word in name.split(", "):
-            if word not in _WORDS:
-                continue
-            choice, wanted = _WORDS[word]
-            wrong = found[choice] * wanted < -DOUBTFUL
+            choice, wanted = _WORDS.get(word, ("", 0))
+            wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
                 raise ProofError(f"{robot.name}: {target} has ({place}) in the branch '{name}', which is not {word}")

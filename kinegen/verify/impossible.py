@@ -48,7 +48,7 @@ def refuse_the_impossible(
     """
     poses = reference.pose(robot, np.resize(q, (TARGETS, robot.dof)))[:, 0]
     kinds = [(what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family, poses)]
-    with _unchecked(package), np.errstate(all="ignore"):
+    with unchecked(sys.modules[f"{package.__name__}._inverse"]), np.errstate(all="ignore"):
         for way in ways:
             for what, targets in kinds:
                 _, valid = way.call((targets,))
@@ -87,12 +87,18 @@ def _impossible(robot: Robot, family: Family, poses: FloatArray) -> Iterator[tup
 
 
 @contextmanager
-def _unchecked(package: ModuleType) -> Iterator[None]:
-    """Let the kernel itself see what Python would refuse."""
-    module: Any = sys.modules[f"{package.__name__}._inverse"]
-    usual = module.checked_targets, module.is_pose
-    module.checked_targets, module.is_pose = (lambda _, poses: poses), (lambda _: True)
+def unchecked(module: Any) -> Iterator[None]:
+    """Let a kernel itself see what Python would refuse.
+
+    Args:
+        module: That of the package which checks its targets.
+    """
+    names = {"checked_targets": lambda _, poses: poses, "is_pose": lambda _: True}
+    usual = {name: getattr(module, name) for name in names if hasattr(module, name)}
+    for name in usual:
+        setattr(module, name, names[name])
     try:
         yield
     finally:
-        module.checked_targets, module.is_pose = usual
+        for name, function in usual.items():
+            setattr(module, name, function)

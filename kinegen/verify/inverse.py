@@ -43,7 +43,7 @@ AT_LIMITS = "at a limit"
 NAMED = 200
 """Targets whose solutions are held against the names of their branches, in every way."""
 
-ACCEPTED = {"double": 1e-9, "float": 1e-4}
+ACCEPTED = {"double": 1e-9, "float": 3e-5}
 """How far the pose of a solution may be from the target: radians, and lengths relative to the reach."""
 
 SAME = {"double": 1e-6, "float": 1e-2}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from types import ModuleType
 from typing import Any
@@ -21,7 +20,7 @@ from kinegen.verify.ways import DTYPES
 
 FloatArray = NDArray[np.float64]
 
-TARGETS = 300
+TARGETS = 120
 """Targets of a batch, and a tenth of them one by one."""
 
 _SLACK = {"double": 1e-9, "float": 1e-3}
@@ -66,18 +65,20 @@ def require_nearest(
     name = f"{robot.name}: {quantity} ({real}) with nearest="
     if not np.array_equal(exists, valid.any(axis=1)):
         raise ProofError(f"{name} does not find what is valid")
-    if any(not np.array_equal(q, found[10 * i], equal_nan=True) for i, (q, _) in enumerate(single)):
+    alone = np.array([((q - near) ** 2).sum() for (q, _), near in zip(single, wanted[::10], strict=True)])
+    together = ((found - wanted) ** 2).sum(axis=1)[::10]
+    if not np.allclose(alone, together, rtol=_SLACK[real], atol=_SLACK[real], equal_nan=True):
         raise ProofError(f"{name} gives one target another solution than a batch")
     limited = np.array([each.limits is not None for each in robot.variables])
+    turns = [2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints]
     room = rooms + 8 * np.finfo(dtype).eps * np.maximum(np.abs(low), np.abs(high))
     for row in np.flatnonzero(exists):
         q = found[row].astype(float)
         if not np.isfinite(q).all() or (limited & ((q < low - room) | (q > high + room))).any():
             raise ProofError(f"{name} breaks a limit: {_text(q)}")
         options = [
-            each
+            _turned(turns, low, high, limited, solutions[row, branch].astype(float), wanted[row], rooms)
             for branch in np.flatnonzero(valid[row])
-            for each in _turned(robot, family, solutions[row, branch].astype(float), wanted[row], rooms)
         ]
         apart = [float(((each - wanted[row]) ** 2).sum()) for each in options]
         best = options[int(np.argmin(apart))]
@@ -89,25 +90,30 @@ def require_nearest(
     _require_none(name, kernel, poses, wanted, params, turning)
 
 
-def _turned(robot: Robot, family: Family, q: FloatArray, wanted: FloatArray, rooms: FloatArray) -> list[FloatArray]:
-    """A solution with the whole turns that the limits allow, those next to a joint vector where there are none."""
-    values = []
-    for joint, variable, value, near, room in zip(family.axes.joints, robot.variables, q, wanted, rooms, strict=True):
-        if not joint.turns:
-            values.append([value])
+def _turned(
+    turns: list[float],
+    low: FloatArray,
+    high: FloatArray,
+    limited: NDArray[np.bool_],
+    q: FloatArray,
+    wanted: FloatArray,
+    rooms: FloatArray,
+) -> FloatArray:
+    """A solution with those whole turns within the limits that bring each joint nearest to what is wanted."""
+    nearest = q.copy()
+    for index, turn in enumerate(turns):
+        if math.isinf(turn):
             continue
-        turn = 2 * math.pi / abs(float(joint.rate))
+        value, near = q[index], wanted[index]
         middle = round((near - value) / turn)
         counts = [0, *(middle + step for step in (-1, 0, 1))]
-        if variable.limits is not None:
-            low, high = (float(end) for end in joint.limits or ())
-            counts += range(math.ceil((low - value) / turn), math.ceil((low - value) / turn) + 2)
-            counts += range(math.floor((high - value) / turn) - 1, math.floor((high - value) / turn) + 1)
-            inside = [count for count in counts if low - room <= value + count * turn <= high + room]
-            counts = inside or [0]
-        # Each joint on its own: the squares are added, so only the nearest turn of each can be part of the best.
-        values.append([min((value + count * turn for count in counts), key=lambda each: abs(each - near))])
-    return [np.array(each) for each in itertools.product(*values)]
+        if limited[index]:
+            first, last = math.ceil((low[index] - value) / turn), math.floor((high[index] - value) / turn)
+            counts += [first, first + 1, last - 1, last]
+            least, most = low[index] - rooms[index], high[index] + rooms[index]
+            counts = [count for count in counts if least <= value + count * turn <= most] or [0]
+        nearest[index] = min((value + count * turn for count in counts), key=lambda each: abs(each - near))
+    return nearest
 
 
 def _require_none(name: str, kernel: Any, poses: Any, wanted: Any, params: Any, turning: list[int]) -> None:
