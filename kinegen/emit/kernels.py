@@ -13,7 +13,7 @@ from kinegen.outputs import Quantity
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Dimension, JointType, Robot
 
-_PARTS = ("batch", "tile", "arrays", "pointers", "expected")
+_PARTS = ("batch", "tile", "arrays", "pointers", "expected", "accepted")
 """What follows the names of functions in names that C files and extensions need besides."""
 
 _FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
