@@ -101,9 +101,9 @@ def test_a_chain_without_joints_takes_no_values(capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        (["0"], "two takes 2 (turn [rad], slide [m]) joint values; 1 given"),
-        (["0", "0", "0"], "two takes 2 (turn [rad], slide [m]) joint values; 3 given"),
-        (["0", "--deg"], "two takes 2 (turn [deg], slide [m]) joint values; 1 given"),
+        (["0"], "two takes 2 joint values (turn [rad], slide [m]), 1 given"),
+        (["0", "0", "0"], "two takes 2 joint values (turn [rad], slide [m]), 3 given"),
+        (["0", "--deg"], "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
         (["x", "0"], "turn: 'x' is not a number"),
         (["0", "1/0"], "slide: division by zero"),
         (["1,5", "0"], "turn: ',' cannot stand in an expression (a decimal point is written '.')"),

@@ -17,7 +17,7 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Array, Compiled, Floats, Formula
+from ._engines import Array, Compiled, Floats, Formula, real_array
 from ._threads import spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
@@ -133,7 +133,8 @@ class Kernel(Generic[Result]):
             layout: As for a call.
 
         Returns:
-            A function without arguments; for one contiguous configuration it is the C function itself.
+            A function without arguments; for one contiguous configuration it is the C function itself, which looks
+            at the memory alone: that an array is made read-only later does not stop it.
         """
         if len(arrays) != len(self.inputs) + len(self.results):
             names = ", ".join(array.name for array in (*self.inputs, *self.results))
@@ -220,15 +221,14 @@ class Kernel(Generic[Result]):
 
     def _named(self, params: Any) -> Any:
         if params is not None and type(params) is not type(self._params):
-            expected = "none" if self._params is None else type(self._params).__qualname__
+            if self._params is None:
+                raise TypeError(f"{self.__name__}: params is given, but the robot has no runtime parameters")
+            expected = type(self._params).__qualname__
             raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
         return self._params if params is None else params
 
     def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
-        array = np.asarray(values)
-        if array.dtype.kind not in "fiub" or isinstance(values, np.ma.MaskedArray):
-            found = f"{type(values).__name__} of {array.dtype}"
-            raise TypeError(f"{self.__name__}: {given.name} is a {found}, expected plain real numbers")
+        array = real_array(self.__name__, given.name, values)
         inner = given.laid_out(layout)
         if layout == "joint_major":
             if array.ndim != 2 or array.shape[:1] != inner:
@@ -285,6 +285,8 @@ class Kernel(Generic[Result]):
                 raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
             if not out.flags.writeable:
                 raise ValueError(f"{self.__name__}: {label} is read-only")
+            if _overlaps_itself(out):
+                raise ValueError(f"{self.__name__}: {label} overlaps itself: several entries share memory")
             others = [
                 *zip((given.name for given in self.inputs), inputs),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
@@ -292,6 +294,16 @@ class Kernel(Generic[Result]):
             for name, other in others:
                 if _overlap(other, out):
                     raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
+
+
+def _overlaps_itself(array: NDArray[Any]) -> bool:
+    """Whether entries of an array may lie over each other; never so for a part or another order of a whole array."""
+    end = array.itemsize
+    for stride, size in sorted((abs(stride), size) for stride, size in zip(array.strides, array.shape) if size > 1):
+        if stride < end:
+            return array.size > 0
+        end = stride * (size - 1) + end
+    return False
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
