@@ -12,7 +12,7 @@ from kinegen import __version__
 from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
             say(stage_line(stage))
 
     if not quiet:
-        say(strong(str(file)))
+        say(strong(shown(file)))
     key = key_of(file, options)
     result = recall(key, file, options)
     if result is None:

@@ -10,7 +10,7 @@ import click
 
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.cli.workspace_report import Study, document, report
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 
 if TYPE_CHECKING:
     from kinegen.workspace.dexterous import Dexterity, Turning
@@ -100,10 +100,10 @@ def command(
         return
     if study.workspace.tip.backend != "c":
         complain("warning: there is no C compiler, so NumPy evaluates, which takes several times longer")
-    say(strong(f"{file}: workspace of {study.workspace.tip.name}"))
+    say(strong(f"{shown(file)}: workspace of {study.workspace.tip.name}"))
     say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
-        say(f"  wrote {path}")
+        say(f"  wrote {shown(path)}")
 
 
 def _check_picture(path: Path) -> None:
