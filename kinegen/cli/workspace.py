@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.cli.workspace_report import Study, document, report
 from kinegen.errors import KinegenError, shown
@@ -93,6 +94,7 @@ def command(
     for path, check in ((slices, _check_picture), (cloud, _check_cloud)):
         if path is not None:
             check(path)
+    warn_of_cache()
     study = _study(file, tip, limits_from, samples, voxel, seed, threads)
     written = _write(study, slices, cloud)
     if as_json:

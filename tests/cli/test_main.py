@@ -16,6 +16,7 @@ import pytest
 import kinegen
 from kinegen import cli
 from kinegen.cli import main, terminal
+from kinegen.cli.cached import warn_of_cache
 from kinegen.errors import KinegenError
 from tests.cli.commands import BAD, ROBOTS, TWO, start
 
@@ -355,3 +356,25 @@ def test_an_installed_command_calls_the_same_function() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
 
     assert done.stdout == "kinegen.cli:main\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes are of POSIX")
+def test_a_cache_that_others_may_write_to_is_told_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (tmp_path / "kinegen").mkdir()
+    (tmp_path / "kinegen").chmod(0o777)
+    warn_of_cache.cache_clear()
+    files = []
+    for name in ("one", "two"):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(TWO.replace("name: two", f"name: {name}"), encoding="utf-8")
+
+    assert main(["build", *map(str, files), "-o", str(tmp_path / "out"), "--no-compile"]) == 0
+
+    assert capsys.readouterr().err == (
+        f"warning: the cache {tmp_path / 'kinegen'} is not used, since other users may write to it; delete it, and it "
+        "is made anew\n"
+    )
+    assert not list((tmp_path / "kinegen").iterdir())
