@@ -46,7 +46,7 @@ from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
 from kinegen.verify.wrong_unit import wrong_unit
-from kinegen.write import is_generated, write_files
+from kinegen.write import write_files
 
 
 @dataclass(slots=True)
@@ -101,7 +101,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
-    with clock.stage("prove") as detail:
+    with clock.stage("prove") as detail, _kept_once_proved(extension):
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
@@ -110,7 +110,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     costs = _measure(kernels, options, clock)
     with clock.stage("write") as detail:
         folder = options.output / robot.name
-        written = write_files(folder, project or contents, _stale_below(folder) if project else _stale(emitted))
+        stale = _is_below if project else _stale(folder, emitted)
+        written = write_files(folder, project or contents, stale, force=options.force)
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,
@@ -189,6 +190,19 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 
 
+@contextmanager
+def _kept_once_proved(extension: Extension | None) -> Iterator[None]:
+    """An extension is remembered for other builds if it loads and its proof holds, and is forgotten if not."""
+    try:
+        yield
+    except KinegenError:
+        if extension is not None:
+            extension.forget()
+        raise
+    if extension is not None:
+        extension.keep()
+
+
 def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOptions) -> tuple[Proof, str, bool]:
     """The proof, the backend that was proven, and whether it was made before."""
     quantities = (
@@ -232,21 +246,23 @@ def _contents(emitted: Emitted, extension: Extension | None, integers: IntegerKe
     return {**emitted.files, **compiled, **(integers.files if integers else {})}
 
 
-def _stale(emitted: Emitted) -> Callable[[Path], bool]:
-    """Which files of an earlier build go: all that are ours, but not an extension of the same C files."""
+def _stale(folder: Path, emitted: Emitted) -> Callable[[str], bool]:
+    """Which files of an earlier build go: all in the folder itself, but not an extension of the same C files."""
 
-    def stale(path: Path) -> bool:
-        return is_generated(path) and not (path.name == EXTENSION and emitted.stamp.encode() in path.read_bytes())
+    def stale(name: str) -> bool:
+        if name == EXTENSION:
+            return emitted.stamp.encode() not in (folder / name).read_bytes()
+        return not _is_below(name)
 
     return stale
 
 
-def _stale_below(folder: Path) -> Callable[[Path], bool]:
-    """Which files of an earlier firmware package go: ours in the folders below, where all there is may be compiled.
+def _is_below(name: str) -> bool:
+    """Which files of an earlier firmware package go: those in the folders below, where all there is may be compiled.
 
     What lies in the folder itself may be another package of the same robot.
     """
-    return lambda path: path.parent != folder and is_generated(path)
+    return "/" in name
 
 
 def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:

@@ -18,9 +18,11 @@ ROOT = Path(__file__).resolve().parent.parent
 # where they stand in the same folder.
 ROWS = (
     ("kinegen",),
-    ("kinegen.angles", "kinegen.errors", "kinegen.older"),
+    ("kinegen.angles", "kinegen.errors", "kinegen.older", "kinegen.records"),
     ("kinegen.outputs",),
     ("kinegen.naming",),
+    ("kinegen.manifest",),
+    ("kinegen.exchange",),
     ("kinegen.write",),
     ("kinegen.robot",),
     ("kinegen.reference",),

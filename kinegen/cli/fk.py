@@ -118,7 +118,9 @@ def _warn_of_limits(robot: Robot, q: list[Decimal], *, deg: bool) -> None:
         unit = _unit(robot, variable, deg=deg)
         factor = checked_value(RADIAN, {}) if unit == "deg" else 1
         shown, least, most = (f"{float(each * factor):.6g}" for each in (value, low, high))
-        complain(f"warning: {variable.name} = {shown} {unit} lies outside its limits, {least} to {most} {unit}")
+        beyond = f"{float(max(low - value, value - high) * factor):.2g} {unit}"
+        where = f"{beyond} outside its limits, {least} to {most} {unit}"
+        complain(f"warning: {variable.name} = {shown} {unit} is {where}")
 
 
 def _frame_name(robot: Robot, frame: str, known: tuple[str, ...]) -> str:

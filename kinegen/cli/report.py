@@ -6,6 +6,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Iterable
 
+from kinegen.boards.figures import reasons
 from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
 from kinegen.outputs import Kind, Quantity
 from kinegen.results import BuildResult, Stage
@@ -61,7 +62,12 @@ def _cost_lines(result: BuildResult) -> list[str]:
         figures = (f"{cost.flash} B", f"{cost.stack} B", str(cost.calls or "-"))
         rows.append((f"    {cost.quantity}", cost.optimisation, *figures))
     title = f"float on {result.costs[0].target} ({result.costs[0].compiler})"
-    return [f"{_INDENT}{strong(title)}", *columns(rows, left=frozenset({0, 1}))]
+    missing = [
+        line
+        for reason in reasons(result.costs)
+        for line in textwrap.wrap(f"{_INDENT}  {reason}", width(), subsequent_indent=f"{_INDENT}    ")
+    ]
+    return [f"{_INDENT}{strong(title)}", *columns(rows, left=frozenset({0, 1})), *missing]
 
 
 def _note_lines(result: BuildResult) -> list[str]:

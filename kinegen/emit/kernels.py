@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
@@ -69,7 +70,7 @@ def joint_lines(robot: Robot) -> tuple[str, ...]:
         unit = robot.units.length if variable.type is JointType.PRISMATIC else "rad"
         limits = "no limits"
         if variable.limits is not None:
-            low, high = (_decimal(bound) for bound in variable.limits)
+            low, high = map(_outwards, variable.limits, (ROUND_FLOOR, ROUND_CEILING))
             limits = f"{low} to {high}"
         index = f"q[{variable.index}]"
         lines.append(f"{index:<{place}}  {variable.name:<{width}}  {variable.type.value:<9}  {unit:<3}  {limits}")
@@ -84,6 +85,12 @@ def parameter_lines(robot: Robot) -> tuple[str, ...]:
         f"{parameter.name:<{width}}  {units[parameter.dimension]:<3}  {_decimal(parameter.value)}"
         for parameter in robot.runtime_parameters
     )
+
+
+def _outwards(limit: Expression, rounding: str) -> str:
+    """A limit with six digits that leave no joint value between the limits outside."""
+    exact = Decimal(repr(float(evaluate(limit, {}, FLOATS))))
+    return f"{float(Context(prec=6, rounding=rounding).plus(exact)):.6g}"
 
 
 def _decimal(expression: Expression) -> str:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 
 from kinegen.robot.actuators import Coupling, FourBar, Reading, Triangle
+from kinegen.robot.actuators_allowed import allowed_by_joints
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.extent import joint_box
 from kinegen.robot.floats import FLOATS
@@ -28,10 +29,10 @@ def reading_ranges(robot: Robot) -> tuple[Range, ...]:
         robot: The robot; runtime parameters have the values of the file.
 
     Returns:
-        A lower and an upper bound for each reading: the limits of the file, and where it drives a triangle no more than
-        lets that close; infinite where nothing is known.
+        A lower and an upper bound for each reading: the limits of the file, or what those of its joints allow; where
+        it drives a triangle no more than lets that close; infinite where nothing is known.
     """
-    return tuple(_met(_limits(reading), *_closing(robot, reading, 0.0)) for reading in robot.actuators.readings)
+    return tuple(_range(robot, reading) for reading in robot.actuators.readings)
 
 
 def reading_box(robot: Robot) -> tuple[Range, ...]:
@@ -50,6 +51,11 @@ def reading_box(robot: Robot) -> tuple[Range, ...]:
         far = _far(robot, reading)
         box.append((low if math.isfinite(low) else -far, high if math.isfinite(high) else far))
     return tuple(box)
+
+
+def _range(robot: Robot, reading: Reading) -> Range:
+    own = allowed_by_joints(robot, reading) if reading.limits is None else _limits(reading)
+    return _met(own, *_closing(robot, reading, 0.0))
 
 
 def _value(robot: Robot, expression: Expression) -> float:

@@ -19,14 +19,16 @@ from kinegen.robot.extent import reach
 from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
+from kinegen.verify.calls import Called, require_same_bits
+from kinegen.verify.compared import Store, compare
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
-from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
+from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
-from kinegen.verify.tolerances import accepted_error
-from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
+from kinegen.verify.usage import compare_usage
+from kinegen.verify.ways import DTYPES, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
 
@@ -66,6 +68,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         moved, values = move_parameters(robot)
         others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
         comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+    if all(comparison.holds for comparison in comparisons):
+        comparisons += compare_usage(robot, package, quantities, reals)
     if "double" in reals:
         comparisons += _compare_exactly(robot, package, quantities)
         comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
@@ -155,20 +159,27 @@ def _compare_ways(
 ) -> list[Comparison]:
     comparisons = []
     for real in reals:
-        store = _Store(robot, DTYPES[real], exact=False)
+        store = Store(robot, DTYPES[real], exact=False)
         for quantity in quantities:
             kernel = getattr(package, quantity.function)
             points = samples if quantity.kind in PLACES else _fewer(samples, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
             ways = ways_to_call(package, quantity, real, parameters)
-            comparisons += [_compare(expectation, way.target, way.call(inputs), real) for way in ways]
+            found = [(way, way.call(inputs)) for way in ways]
+            compared = [compare(expectation, way.target, results, real, row=way.row) for way, results in found]
+            comparisons += compared
+            if parameters is None and all(comparison.holds for comparison in compared):
+                for way, results in found:
+                    if way.is_plain:
+                        way.select()
+                        require_same_bits(robot, quantity, way.target, Called(way.kernel, None, inputs, results))
     return comparisons
 
 
 def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
     """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
-    store = _Store(robot, DTYPES["double"], exact=True)
+    store = Store(robot, DTYPES["double"], exact=True)
     places = vector_samples(robot)
     others = np.concatenate([singular_samples(robot), places])
     for quantity in quantities:
@@ -178,7 +189,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quanti
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         results = results_of(kernel, None, inputs)
-        comparisons.append(_compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
+        comparisons.append(compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
     return comparisons
 
 
@@ -193,33 +204,15 @@ def _compare_laws(robot: Robot, package: ModuleType, quantities: tuple[Quantity,
         kernel = getattr(package, quantity.function)
         results[quantity] = results_of(kernel, None, (points,))
         target = f"{_language(kernel)}, differences"
-        comparisons.append(_compare(expect(by_differences, quantity), target, results[quantity], "double"))
+        comparisons.append(compare(expect(by_differences, quantity), target, results[quantity], "double"))
     for quantity, expectation, found in by_adjoint(known, results):
         target = f"{_language(getattr(package, quantity.function))}, adjoint"
-        comparisons.append(replace(_compare(expectation, target, found, "double"), quantity=quantity))
+        comparisons.append(replace(compare(expectation, target, found, "double"), quantity=quantity))
     return comparisons
 
 
 def _language(kernel: Any) -> str:
     return "C double" if kernel.backend == "c" else "NumPy double"
-
-
-class _Store:
-    """The reference at the inputs of all kernels of one number type, each asked once."""
-
-    def __init__(self, robot: Robot, dtype: Any, *, exact: bool) -> None:
-        self._robot, self._dtype, self._exact = robot, dtype, exact
-        self._known: dict[Any, Known] = {}
-
-    def expect(self, quantity: Quantity, arrays: Sequence[Array], points: FloatArray) -> tuple[Arrays, Expectation]:
-        """The inputs of a kernel, and what it must return for them."""
-        key = len(points), *(array.name for array in arrays)
-        known = self._known.get(key)
-        if known is None:
-            values = input_samples(self._robot, arrays, points)
-            rounded = {name: value.astype(self._dtype).astype(np.float64) for name, value in values.items()}
-            known = self._known[key] = Known(self._robot, rounded, exact=self._exact)
-        return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
 
 
 def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
@@ -229,22 +222,3 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
     while len(points) * size > 2 * stride * numbers and len(points) > FEWEST * stride:
         stride *= 2
     return points[::stride]
-
-
-def _compare(expectation: Expectation, target: str, results: Arrays, real: str) -> Comparison:
-    known = expectation.known
-    position, rotation = expectation.errors(results)
-    relative = accepted_error(known.robot, real)
-    severity = np.maximum(position / expectation.length_scale, rotation / expectation.number_scale)
-    row, column = np.unravel_index(np.argmax(np.nan_to_num(severity, nan=np.inf)), severity.shape)
-    return Comparison(
-        target=target,
-        quantity=expectation.quantity,
-        poses=known.count,
-        position_error=float(position.max()),
-        rotation_error=float(rotation.max()),
-        position_tolerance=relative * expectation.length_scale,
-        rotation_tolerance=relative * expectation.number_scale,
-        worst=tuple(float(entry) for entry in known.joints[row]),
-        frame=expectation.frames[int(column)],
-    )

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from fractions import Fraction
 
 import pytest
 
+from kinegen.errors import RobotFileError
 from kinegen.robot.actuators import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
 from kinegen.robot.digest import digest
 from kinegen.robot.expressions import (
@@ -126,3 +128,29 @@ def test_what_is_no_function_of_actuators(text: str, message: str) -> None:
 def test_the_table_keeps_its_own_language() -> None:
     with pytest.raises(ExpressionError, match=r"unknown function 'cos' \(expected sqrt, asin, acos, atan, atan2\)"):
         parse("cos(1)")
+
+
+@pytest.mark.parametrize(
+    ("entry", "reading", "message"),
+    [
+        (
+            "form: linear_actuator, actuator: m, sides: [0.3, 0.5]",
+            "{dimension: length, limits: [0.19999999, 0.7]}",
+            "the actuator is 0.2000 long, 1e-8 beyond its triangle: sides of 0.3 and 0.5 close a triangle only "
+            "from 0.2",
+        ),
+        (
+            "form: four_bar, actuator: m, ground: 1.00000001, crank: 0.5, coupler: 0.3, rocker: 0.2",
+            "{dimension: angle, limits: [0, 10]}",
+            "the ground, 1.000, is 1e-8 longer than the other three together",
+        ),
+        (
+            "form: four_bar, actuator: m, ground: 1, crank: 0.5, coupler: 0.3, rocker: 0.2",
+            "{dimension: angle, limits: [0, 10]}",
+            "the ground, 1, is as long as the other three together",
+        ),
+    ],
+)
+def test_what_misses_by_a_hair_says_by_how_much(entry: str, reading: str, message: str) -> None:
+    with pytest.raises(RobotFileError, match=re.escape(message)):
+        one(entry, reading)

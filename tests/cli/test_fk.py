@@ -141,9 +141,10 @@ def test_wrong_values_are_wrong_usage(
 @pytest.mark.parametrize(
     ("values", "warning"),
     [
-        (["--rad", "2", "0"], "turn = 2 rad lies outside its limits, -1.5708 to 1.5708 rad"),
-        (["100", "0"], "turn = 100 deg lies outside its limits, -90 to 90 deg"),
-        (["0", "-0.1"], "slide = -0.1 m lies outside its limits, 0 to 2 m"),
+        (["--rad", "2", "0"], "turn = 2 rad is 0.43 rad outside its limits, -1.5708 to 1.5708 rad"),
+        (["100", "0"], "turn = 100 deg is 10 deg outside its limits, -90 to 90 deg"),
+        (["0", "-0.1"], "slide = -0.1 m is 0.1 m outside its limits, 0 to 2 m"),
+        (["0", "2.00000001"], "slide = 2 m is 1e-08 m outside its limits, 0 to 2 m"),
     ],
 )
 def test_limits_are_warned_of(values: list[str], warning: str, two: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Compiled, Floats, Formula
+from ._quick import quick_class, quicken
 from ._threads import spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
@@ -50,6 +51,12 @@ class Kernel(Generic[Result]):
         doc: Text for `help()`.
     """
 
+    kind = "kernel"
+
+    def __new__(cls, *_arguments: Any, native: Any = None, **_options: Any) -> Kernel[Any]:
+        """An object whose plain calls go to C without a detour, where that can be."""
+        return object.__new__(quick_class(cls, native))
+
     def __init__(
         self,
         name: str,
@@ -76,6 +83,8 @@ class Kernel(Generic[Result]):
         self.backend, self.variant = self._engine.name, self._engine.variant
         is_simple = len(inputs) == len(results) == self._rank == 1
         self._direct = self._engine.direct(params) if is_simple else None
+        self._defaults = self._engine.structs(params)
+        quicken(self, native, self._defaults)
 
     def __call__(
         self,
@@ -103,7 +112,8 @@ class Kernel(Generic[Result]):
             The result; `out` where it was given.
         """
         # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain. What
-        # takes and gives a single array has this way to itself, since every look-up counts here.
+        # takes and gives a single array has this way to itself, since every look-up counts here. Most such calls never
+        # come here: C takes them whole, where `_quick` could arrange it.
         direct = self._direct if params is None else self._direct and self._engine.direct(self._named(params))
         result: Result
         if direct is not None and type(q) is _ndarray and threads == 1 and layout == "4x4" and not others:
@@ -200,7 +210,7 @@ class Kernel(Generic[Result]):
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
-            results = tuple(np.empty(shape, dtype) for shape in shapes)
+            results = tuple(self._engine.empty(shape, dtype) for shape in shapes)
         else:
             results = (out,) if len(self.results) == 1 else out
             self._checked_results(results, lead, dtype, arrays, layout)
@@ -219,10 +229,7 @@ class Kernel(Generic[Result]):
         return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
-        if params is not None and type(params) is not type(self._params):
-            expected = "none" if self._params is None else type(self._params).__qualname__
-            raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
-        return self._params if params is None else params
+        return checked_params(self.__name__, params, self._params)
 
     def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
         array = np.asarray(values)
@@ -289,9 +296,22 @@ class Kernel(Generic[Result]):
                 *zip((given.name for given in self.inputs), inputs),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
             ]
-            for name, other in others:
-                if _overlap(other, out):
-                    raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
+            check_apart(self.__name__, label, out, others)
+
+
+def checked_params(name: str, params: Any, usual: Any) -> Any:
+    """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
+    if params is not None and type(params) is not type(usual):
+        expected = "none" if usual is None else type(usual).__qualname__
+        raise TypeError(f"{name}: params is of type {type(params).__qualname__}, expected {expected}")
+    return usual if params is None else params
+
+
+def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple[str, NDArray[Any]]]) -> None:
+    """Refuse an array for results that shares memory with another array."""
+    for other, array in others:
+        if _overlap(array, out):
+            raise ValueError(f"{name}: {label} shares memory with {other}")
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
