@@ -11,8 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from kinegen.robot.actuators import Coupling, Drive, Formula, Reading
-from kinegen.robot.algebra import ExpressionError, linear
-from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.expressions import Expression, ExpressionError, evaluate, linear
 from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Robot
 
