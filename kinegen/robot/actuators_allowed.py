@@ -11,9 +11,11 @@ import math
 from collections.abc import Iterator, Sequence
 
 from kinegen.robot.actuators import Coupling, Drive, Formula, Reading
-from kinegen.robot.expressions import Expression, ExpressionError, evaluate, linear
+from kinegen.robot.algebra import ExpressionError
+from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Robot
+from kinegen.robot.trees import linear
 
 _ROUNDING = 1e-12
 """Share of a range by which it is wider, so that a reading computed from a joint at its limit is within."""
