@@ -45,6 +45,7 @@ PAGES = tuple(
         "docs/calibration.md",
         "docs/inverse.md",
         "docs/orientation.md",
+        "docs/python.md",
         "docs/velocities.md",
     )
 )
