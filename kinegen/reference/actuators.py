@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinegen.older import assert_never
 from kinegen.outputs import Reference
-from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
+from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.reference.series import Series, constant, in_series
 from kinegen.reference.velocity import TIP, Kinematics
 from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Reading, Triangle
@@ -34,14 +34,16 @@ class Actuation:
         robot: The robot, with actuators.
         readings: Actuator vectors, shape (N, number of actuators); radians, the file's length unit, or bare numbers.
         exact: Whether to compute with `DIGITS` digits.
+        wide: Whether to compute with the widest floats of NumPy in place of float64.
     """
 
-    def __init__(self, robot: Robot, readings: ArrayLike, *, exact: bool = False) -> None:
+    def __init__(self, robot: Robot, readings: ArrayLike, *, exact: bool = False, wide: bool = False) -> None:
         self.robot = robot
         self.exact = exact
-        self._kind = digit_arrays if exact else lambda: FLOATS
+        self._wide = wide
+        self._kind = digit_arrays if exact else lambda: WIDE_FLOATS if wide else FLOATS
         with mpmath.workdps(DIGITS):
-            rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else np.float64))
+            rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else WIDE if wide else np.float64))
             self.readings: Numbers = np.frompyfunc(mpmath.mpf, 1, 1)(rows) if exact else rows
 
     @cached_property
@@ -65,7 +67,7 @@ class Actuation:
     @cached_property
     def motion(self) -> Kinematics:
         """Poses and velocities at the joints."""
-        return Kinematics(self.robot, self.joints, exact=self.exact)
+        return Kinematics(self.robot, self.joints, exact=self.exact, wide=self._wide)
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Velocities of a frame at unit rates of the readings, shape (N, 6, number of actuators)."""
