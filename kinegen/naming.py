@@ -62,7 +62,7 @@ def check_name(kind: str, name: str) -> None:
         KinegenError: Without a place; the message quotes the name and says what is wrong.
     """
     shown = name if len(name) <= _SHOWN else name[: _SHOWN - 3] + "..."
-    reason = _shape_defect(name) or _word_defect(name) or (_robot_defect(name) if kind == "robot" else "")
+    reason = _shape_defect(name) or _word_defect(kind, name) or (_robot_defect(name) if kind == "robot" else "")
     if reason:
         raise KinegenError(f"{kind} name {shown!r} {reason}")
 
@@ -77,8 +77,8 @@ def _shape_defect(name: str) -> str:
     return ""
 
 
-def _word_defect(name: str) -> str:
-    if name in FORMAT_WORDS:
+def _word_defect(kind: str, name: str) -> str:
+    if name in FORMAT_WORDS and (kind, name) != ("joint", "base"):
         return "is a word of the robot file itself"
     if name in C_WORDS:
         return "is a C keyword"

@@ -221,7 +221,7 @@ def _supplied(search: _Search, values: Values, signs: dict[int, int], moved: dic
     sign, number = wanted
     node = search.values.nodes[number]
     if isinstance(node, Constant):
-        return values.number(Constant(sign * node.value))
+        return values.number(node.times(sign))
     return moved[number] if sign == signs[number] else values.apply(Operator.NEG, moved[number])
 
 
@@ -256,4 +256,4 @@ def _negated(values: Values, constant: int) -> int:
     node = values.nodes[constant]
     if not isinstance(node, Constant):
         raise ValueError("only a constant changes its sign for nothing")
-    return values.number(Constant(-node.value))
+    return values.number(node.times(-1))

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, assert_never
+from typing import Any
 
 import mpmath
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinegen.older import assert_never
 from kinegen.outputs import Reference
 from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.reference.series import Series, constant, in_series

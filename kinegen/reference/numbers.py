@@ -53,6 +53,7 @@ FLOATS = Kind(
             "cos": np.cos,
             "asin": np.arcsin,
             "acos": np.arccos,
+            "atan": np.arctan,
             "atan2": np.arctan2,
         },
     ),
@@ -79,7 +80,7 @@ WIDE_FLOATS = replace(
 def digits() -> Kind:
     """The numbers of mpmath at the precision in force; pi is fixed here, so it must be called inside `workdps`."""
     return Kind(
-        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={"sqrt": mpmath.sqrt}),
+        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={**_unary(), "atan2": mpmath.atan2}),
         sin=mpmath.sin,
         cos=mpmath.cos,
         matrix=lambda rows: mpmath.matrix([list(row) for row in rows]),
@@ -89,8 +90,7 @@ def digits() -> Kind:
 
 def digit_arrays() -> Kind:
     """The same numbers in arrays of NumPy, one for each joint vector."""
-    unary = {"sqrt": mpmath.sqrt, "sin": mpmath.sin, "cos": mpmath.cos, "asin": mpmath.asin, "acos": mpmath.acos}
-    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in unary.items()}
+    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in _unary().items()}
     functions["atan2"] = np.frompyfunc(mpmath.atan2, 2, 1)
     return Kind(
         arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions=functions),
@@ -99,6 +99,11 @@ def digit_arrays() -> Kind:
         matrix=lambda rows: _stack(rows, object),
         multiply=np.matmul,
     )
+
+
+def _unary() -> dict[str, Callable[[Any], Any]]:
+    """The functions of one value."""
+    return {name: getattr(mpmath, name) for name in ("sqrt", "sin", "cos", "asin", "acos", "atan")}
 
 
 def _real(function: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -36,7 +36,7 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
         KinegenError: If the quantity names a frame that does not exist; the message lists those that do.
     """
     if quantity.frame.isdecimal():
-        known = ", ".join((BASE, *robot.frame_names))
+        known = ", ".join(dict.fromkeys((BASE, *robot.frame_names)))
         raise KinegenError(f"{quantity}: functions are named after frames, not after their numbers (expected {known})")
     match quantity.kind:
         case Kind.POSE:

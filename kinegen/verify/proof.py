@@ -15,19 +15,23 @@ from numpy.typing import NDArray
 
 from kinegen.ir.program import Program
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
-from kinegen.robot.expressions import Arithmetic, evaluate, number
+from kinegen.robot.expressions import evaluate, number
 from kinegen.robot.extent import reach
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
+from kinegen.verify.calls import Called, require_same_bits
+from kinegen.verify.compared import Judge, Store, compare
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.expectation import Expectation, Limits, expect
+from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
-from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
+from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
-from kinegen.verify.tolerances import accepted, number_type, program_of
-from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
+from kinegen.verify.tolerances import program_of
+from kinegen.verify.usage import compare_usage
+from kinegen.verify.ways import DTYPES, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
 
@@ -51,8 +55,6 @@ LAW_POSES = 24
 FEWEST = 4
 """Joint vectors are not left out beyond this."""
 
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
-
 
 def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]) -> Proof:
     """Compare a generated package with the reference in every way it can be called.
@@ -74,7 +76,9 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     if robot.runtime_parameters:
         moved, values = move_parameters(robot)
         others = _compare_ways(moved, package, programs, reals, samples[-MOVED_POSES:], values)
-        comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+        comparisons += [_with_parameters(other) for other in others]
+    if all(comparison.holds for comparison in comparisons):
+        comparisons += compare_usage(robot, package, programs, reals)
     if "double" in reals:
         comparisons += _compare_exactly(robot, package, programs)
         comparisons += _compare_laws(robot, package, programs)
@@ -87,8 +91,14 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         if robot.runtime_parameters:
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
-            comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+            comparisons += [_with_parameters(other) for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
+
+
+def _with_parameters(comparison: Comparison) -> Comparison:
+    """A comparison with other values of the runtime parameters, which counts in a row of its own."""
+    row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
+    return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
 
 
 def _solve(
@@ -96,17 +106,17 @@ def _solve(
 ) -> tuple[list[Comparison], str]:
     trials = try_inverse(robot, package, quantity, real, values)
     told = counts_line(max(trials, key=lambda trial: trial.poses))
-    return [_inverse_comparison(robot, quantity, trial) for trial in trials], told
+    return [_inverse_comparison(robot, quantity, trial, real) for trial in trials], told
 
 
 def _search(
     robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
 ) -> tuple[list[Comparison], str]:
     searches = try_search(robot, package, real, values)
-    return [_search_comparison(search) for search in searches], search_line(searches[0], robot.units.length)
+    return [_search_comparison(search, real) for search in searches], search_line(searches[0], robot.units.length)
 
 
-def _search_comparison(search: Search) -> Comparison:
+def _search_comparison(search: Search, real: str) -> Comparison:
     return Comparison(
         target=f"{search.target}, search",
         quantity=NUMERIC_INVERSE,
@@ -117,10 +127,11 @@ def _search_comparison(search: Search) -> Comparison:
         rotation_tolerance=search.rotation_tolerance,
         worst=search.worst,
         frame=TOOL,
+        real=real,
     )
 
 
-def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:
+def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,
@@ -131,6 +142,7 @@ def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Compa
         rotation_tolerance=trial.accepted,
         worst=trial.worst,
         frame=TOOL,
+        real=real,
     )
 
 
@@ -145,7 +157,7 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
     """
     moved: dict[str, Fraction] = {}
     for place, parameter in enumerate(robot.runtime_parameters, start=1):
-        value = float(evaluate(parameter.value, {}, _FLOATS))
+        value = float(evaluate(parameter.value, {}, FLOATS))
         moved[parameter.name] = Fraction(float(np.float32(value * (1 + place / 16) + 1 / 32)))
     parameters = tuple(
         replace(parameter, value=number(moved[parameter.name])) if parameter.runtime else parameter
@@ -164,22 +176,29 @@ def _compare_ways(
 ) -> list[Comparison]:
     comparisons = []
     for real in reals:
-        store = _Store(robot, DTYPES[real], exact=False)
+        store = Store(robot, DTYPES[real], exact=False)
         for quantity in programs:
             kernel = getattr(package, quantity.function)
             points = _held(robot, quantity, samples)
             points = points if quantity.kind in PLACES else _fewer(points, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
-            judge = _Judge(expectation, programs[quantity], real)
+            judge = Judge(expectation, programs[quantity], real)
             ways = ways_to_call(package, quantity, real, parameters)
-            comparisons += [judge.compare(way.target, way.call(inputs)) for way in ways]
+            found = [(way, way.call(inputs)) for way in ways]
+            compared = [judge.compare(way.target, results, way.row) for way, results in found]
+            comparisons += compared
+            if parameters is None and all(comparison.holds for comparison in compared):
+                for way, results in found:
+                    if way.is_plain:
+                        way.select()
+                        require_same_bits(robot, quantity, way.target, Called(way.kernel, None, inputs, results))
     return comparisons
 
 
 def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
-    store = _Store(robot, DTYPES["double"], exact=True)
+    store = Store(robot, DTYPES["double"], exact=True)
     places = vector_samples(robot)
     others = np.concatenate([singular_samples(robot), places])
     for quantity in programs:
@@ -188,7 +207,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> l
             places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
-        judge = _Judge(expectation, programs[quantity], "double")
+        judge = Judge(expectation, programs[quantity], "double")
         comparisons.append(judge.compare(f"{_language(kernel)}, 50 digits", results_of(kernel, None, inputs)))
     return comparisons
 
@@ -204,35 +223,17 @@ def _compare_laws(robot: Robot, package: ModuleType, programs: Programs) -> list
         kernel = getattr(package, quantity.function)
         results[quantity] = results_of(kernel, None, (points,))
         target = f"{_language(kernel)}, differences"
-        judge = _Judge(expect(by_differences, quantity), programs[quantity], "double")
+        judge = Judge(expect(by_differences, quantity), programs[quantity], "double")
         comparisons.append(judge.compare(target, results[quantity]))
         limits[quantity] = judge.limits(target)
     for quantity, expectation, found, allowed in by_adjoint(known, results, limits):
         target = f"{_language(getattr(package, quantity.function))}, adjoint"
-        comparisons.append(replace(_compare(expectation, target, found, allowed), quantity=quantity))
+        comparisons.append(replace(compare(expectation, target, found, allowed, "double"), quantity=quantity))
     return comparisons
 
 
 def _language(kernel: Any) -> str:
     return "C double" if kernel.backend == "c" else "NumPy double"
-
-
-class _Store:
-    """The reference at the inputs of all kernels of one number type, each asked once."""
-
-    def __init__(self, robot: Robot, dtype: Any, *, exact: bool) -> None:
-        self._robot, self._dtype, self._exact = robot, dtype, exact
-        self._known: dict[Any, Known] = {}
-
-    def expect(self, quantity: Quantity, arrays: Sequence[Array], points: FloatArray) -> tuple[Arrays, Expectation]:
-        """The inputs of a kernel, and what it must return for them."""
-        key = len(points), *(array.name for array in arrays)
-        known = self._known.get(key)
-        if known is None:
-            values = input_samples(self._robot, arrays, points)
-            rounded = {name: value.astype(self._dtype).astype(np.float64) for name, value in values.items()}
-            known = self._known[key] = Known(self._robot, rounded, exact=self._exact)
-        return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
 
 
 def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
@@ -252,37 +253,3 @@ def _held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
     while len(points) * numbers > 2 * stride * HELD and len(points) > FEWEST * stride:
         stride *= 2
     return points[::stride]
-
-
-class _Judge:
-    """Compares what kernels return at some inputs with what they must; limits are found once for each number type."""
-
-    def __init__(self, expectation: Expectation, program: Program, real: str) -> None:
-        self.expectation, self._program, self._real = expectation, program, real
-        self._limits: dict[bool, Limits] = {}
-
-    def limits(self, target: str) -> Limits:
-        """What is accepted of a target; the sines of NumPy are its own."""
-        library = target.startswith("NumPy")
-        if library not in self._limits:
-            self._limits[library] = accepted(self.expectation, self._program, number_type(self._real, library=library))
-        return self._limits[library]
-
-    def compare(self, target: str, results: Arrays) -> Comparison:
-        """One comparison."""
-        return _compare(self.expectation, target, results, self.limits(target))
-
-
-def _compare(expectation: Expectation, target: str, results: Arrays, limits: Limits) -> Comparison:
-    verdict = expectation.judge(results, limits)
-    return Comparison(
-        target=target,
-        quantity=expectation.quantity,
-        poses=expectation.known.count,
-        position_error=verdict.position_error,
-        rotation_error=verdict.rotation_error,
-        position_tolerance=verdict.position_limit,
-        rotation_tolerance=verdict.rotation_limit,
-        worst=tuple(float(entry) for entry in expectation.known.joints[verdict.row]),
-        frame=verdict.frame,
-    )

@@ -73,18 +73,19 @@ def number_type(real: str, *, library: bool = False) -> NumberType:
     return replace(plain, sine_error=LIBRARY_SINE * float(plain.unit)) if library else plain
 
 
-def accepted(expectation: Expectation, program: Program, real: NumberType) -> Limits:
+def accepted(expectation: Expectation, program: Program, real: NumberType, *, within: bool = True) -> Limits:
     """What is accepted of each entry of a result at each input.
 
     Args:
         expectation: The reference at the inputs.
         program: What the kernel was printed from, or the same of a robot with other values of its parameters.
         real: The number type of the kernel.
+        within: Whether the inputs lie where samples are taken from, which is what the proven bound is for.
 
     Returns:
         For each result and frame, of the entries that are lengths and of all others, shape (N or 1, entries) each.
     """
-    proven = _proven(expectation, program, real)
+    proven = _proven(expectation, program, real) if within else None
     lost = _losses(expectation)
     unit = float(real.unit)
     scales = expectation.length_scale, expectation.number_scale

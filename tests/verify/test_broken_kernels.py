@@ -152,7 +152,7 @@ BREAKS = {
         ".c",
         first(r"to\[i\] = t\[row\]\[i\];", "to[i] = -t[row][i];", "void store_rows("),
         Real.DOUBLE,
-        "C double, batch",
+        "C double, batch joint_major",
     ),
     "the rest of a batch, which fills no tile": (
         "emit_batch",

@@ -34,20 +34,24 @@ def test_every_way_to_call_a_kernel_is_compared(package: ModuleType) -> None:
     robot = loads(ARM, "arm.yaml")
     proof = prove(robot, package, (Quantity.POSE,), ("double", "float"))
     ways = [f"{way}{rest}" for rest in ("", ", other parameters") for way in WAYS]
+    beyond = [f"{way}, beyond limits" for real in ("double", "float") for way in BEYOND.format(real).split("; ") * 2]
 
-    assert [comparison.target for comparison in proof.comparisons] == [*ways, "C double, 50 digits"]
+    assert [comparison.target for comparison in proof.comparisons] == [*ways, *beyond, "C double, 50 digits"]
     assert proof.holds
     assert proof.reach == reach(robot)
 
 
-WAYS = ("C double", "C double, batch", "NumPy double", "C float", "C float, batch", "NumPy float")
+FORMS = ("C {}", "C {}, batch", "C {}, batch 3x4", "C {}, batch joint_major", "NumPy {}")
+BEYOND = "C {0}; C {0}, batch; NumPy {0}"
+WAYS = [form.format(real) for real in ("double", "float") for form in FORMS]
 
 
 def test_a_package_without_a_compiler_is_compared_in_numpy(tmp_path: Path) -> None:
     result = make(write_robot(tmp_path), tmp_path / "out", compile=False, reals=(Real.DOUBLE,))
     targets = dict.fromkeys(comparison.target for comparison in result.proof.comparisons)
 
-    assert list(targets) == ["NumPy double", "NumPy double, other parameters", "NumPy double, 50 digits"]
+    kinds = ("", ", other parameters", ", beyond limits", ", 50 digits")
+    assert list(targets) == [f"NumPy double{kind}" for kind in kinds]
     assert result.backend == "numpy"
 
 
