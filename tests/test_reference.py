@@ -77,7 +77,7 @@ def test_published_numbers(system: System, name: str, example: Example) -> None:
 
 # Poses of real arms known from elsewhere: joint values in degrees, position of the tip, bound on the difference.
 # jaco2: home joint and Cartesian values in Kinova's own drivers, which are rounded and measured. panda: ready pose of
-# Franka's examples, flange. ur5: zero pose of its table. The others stand upright or, the fanuc, as mastered.
+# Franka's examples, flange. ur5, xarm6: zero poses of their tables. The others stand upright; the fanuc, as mastered.
 REAL_POSES = [
     ("jaco2", [275.0, 167.1, 57.4, 240.9, 82.7, 75.4], [0.2123, -0.2572, 0.5096], 5e-3),
     ("panda", [0, -45, 0, -135, 0, 90, 45], [0.3069, 0, 0.5903], 5e-5),
@@ -87,6 +87,7 @@ REAL_POSES = [
     ("iiwa14", [0, 0, 0, 0, 0, 0, 0], [0, 0, 1.306], 1e-12),
     ("tx60", [0, 0, 0, 0, 0, 0], [0, 20, 1045], 1e-9),
     ("kr5", [0, -90, 0, 0, 0, 0], [0.915, 0, 1.12], 1e-12),
+    ("xarm6", [0, 0, 0, 0, 0, 0], [207, 0, 112], 1e-12),
     ("fanuc_10l", [0, -90, 0, 0, 0, 0], [1.21, 0, 0.87], 1e-12),
 ]
 

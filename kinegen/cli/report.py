@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from kinegen.boards.figures import reasons
 from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
+from kinegen.errors import shown
 from kinegen.outputs import Kind, Quantity
 from kinegen.results import BuildResult, Stage
 from kinegen.robot.model import Robot
@@ -79,12 +80,12 @@ def _note_lines(result: BuildResult) -> list[str]:
 
 
 def _file_lines(result: BuildResult) -> list[str]:
-    rows = [(f"{_INDENT}{_STATUS.get(file.status, file.status)}", str(file.path)) for file in result.written]
+    rows = [(f"{_INDENT}{_STATUS.get(file.status, file.status)}", shown(file.path)) for file in result.written]
     return columns(rows, left=frozenset({0, 1}))
 
 
 def _files_line(result: BuildResult) -> str:
-    return f"{_INDENT}{strong('files')} {result.folder}: {_statuses(result.written)}"
+    return f"{_INDENT}{strong('files')} {shown(result.folder)}: {_statuses(result.written)}"
 
 
 def _statuses(written: Iterable[Written]) -> str:

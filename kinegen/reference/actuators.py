@@ -155,4 +155,15 @@ def _rocker(bars: tuple[Any, ...], angle: Any, kind: Kind, *, crossed: bool) -> 
     k1, k2, k3 = d / a, d / c, (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
     A, B, C = cosine - k1 - k2 * cosine + k3, -2 * sine, k1 - (k2 + 1) * cosine + k3
     root = functions["sqrt"](B**2 - 4 * A * C)
-    return 2 * functions["atan2"](-B + root if crossed else -B - root, 2 * A)
+    wanted, other = (-B + root, -B - root) if crossed else (-B - root, -B + root)
+    # The product of both solutions is C / A, so the one in which terms cancel follows from the other.
+    cancels = np.abs(constant(wanted)) < np.abs(constant(other))
+    return 2 * functions["atan2"](_either(cancels, 2 * C, wanted), _either(cancels, other, 2 * A))
+
+
+def _either(first: Any, one: Any, other: Any) -> Any:
+    """One of two numbers or series at each configuration."""
+    if not isinstance(one, Series):
+        return np.where(first, one, other)[()]
+    keys = {**one.parts, **other.parts}
+    return Series({key: np.where(first, one.parts.get(key, 0), other.parts.get(key, 0)) for key in keys}, one.order)
