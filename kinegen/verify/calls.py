@@ -162,15 +162,15 @@ def _strides(called: Called) -> Iterator[Call]:
     turned = tuple(array.swapaxes(0, 1) for array in several)
     yield Call("with exchanged axes", partial(called.call, turned), tuple(array.swapaxes(0, 1) for array in deep))
     if len(inputs) > 1:
-        first = tuple(np.repeat(array[:1], LONGEST, axis=0) for array in inputs[:1])
+        first = tuple(np.repeat(array[-1:], LONGEST, axis=0) for array in inputs[:1])
         yield Call(
             "with one configuration of the first input for all",
-            partial(called.call, (inputs[0][0], *inputs[1:])),
+            partial(called.call, (inputs[0][-1], *inputs[1:])),
             called.call((*first, *inputs[1:])),
         )
-    same = tuple(np.broadcast_to(array[:1], array.shape) for array in inputs)
+    same = tuple(np.broadcast_to(array[-1:], array.shape) for array in inputs)
     yield Call(
-        "with one row for all", partial(called.call, same), tuple(np.repeat(a[:1], LONGEST, axis=0) for a in wanted)
+        "with one row for all", partial(called.call, same), tuple(np.repeat(a[-1:], LONGEST, axis=0) for a in wanted)
     )
 
 
