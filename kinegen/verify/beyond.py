@@ -1,6 +1,6 @@
 """Joint values beyond the limits, as far as sines and cosines are promised.
 
-In: a robot. Out: joint vectors in groups of one size.
+In: a robot. Out: joint vectors of every size.
 """
 
 from __future__ import annotations
@@ -18,38 +18,37 @@ from kinegen.verify.samples import SEED, FloatArray
 LARGEST_ANGLE = {"double": 1e5, "float": 12_000.0}
 """Magnitude in radians up to which the headers promise sines and cosines; beyond it they are NaN."""
 
-POSES = 192
-"""Joint vectors of each size."""
+POSES = 256
+"""Joint vectors, of every size."""
 
-SIZES = (1 / 64, 1.0)
-"""Sizes as shares of the largest."""
+SMALLEST = 2.0**-12
+"""The smallest of these joint vectors have this share of the size of the largest."""
 
 MARGIN = 0.9
 STROKES = 4
 
 
-def beyond_limits(robot: Robot, real: str) -> Iterator[FloatArray]:
+def beyond_limits(robot: Robot, real: str) -> FloatArray:
     """Joint vectors within and beyond the limits of the robot file.
 
     Args:
         robot: The robot.
         real: `double` or `float`.
 
-    Yields:
-        Groups of one size, shape (N, dof) each: angles of up to that size, strokes of up to `STROKES` times the box.
-        No angle in the table, and no sum of them, gets beyond what is promised. None for a robot without joints.
+    Returns:
+        Shape (N, dof), without rows for a robot without joints: angles up to the promised range, strokes of up to
+        `STROKES` times the box. No angle in the table, and no sum of them, gets beyond what is promised.
     """
-    turns = angle_rates(robot)
     if robot.dof == 0:
-        return
+        return np.zeros((0, 0))
     generator = np.random.default_rng(SEED)
     is_stroke = np.array([variable.type is JointType.PRISMATIC for variable in robot.variables])
     strokes = STROKES * np.abs(np.array(joint_box(robot))).max(axis=1)
-    for size in SIZES:
-        # Entries of the table that do not depend on joints have no more than a few turns.
-        total = size * (MARGIN * LARGEST_ANGLE[real] - 100) / max(1.0, sum(turns))
-        share = generator.uniform(-1, 1, (POSES, robot.dof))
-        yield share * np.where(is_stroke, strokes, total)
+    # Entries of the table that do not depend on joints have no more than a few turns.
+    total = (MARGIN * LARGEST_ANGLE[real] - 100) / max(1.0, sum(angle_rates(robot)))
+    size = SMALLEST ** generator.uniform(0, 1, (POSES, 1))
+    share = generator.uniform(-1, 1, (POSES, robot.dof))
+    return share * np.where(is_stroke, strokes, size * total)
 
 
 def angle_rates(robot: Robot) -> tuple[float, ...]:

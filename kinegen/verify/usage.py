@@ -74,12 +74,10 @@ def _require_guard(robot: Robot, package: ModuleType, real: str) -> None:
 
 def _beyond(robot: Robot, package: ModuleType, programs: Mapping[Quantity, Program], real: str) -> list[Comparison]:
     comparisons = []
-    for points in beyond_limits(robot, real):
-        store = Store(robot, DTYPES[real], exact=False)
-        for quantity, program in programs.items():
-            kernel = getattr(package, quantity.function)
-            if kernel.inputs[0].name != "q":
-                continue
+    points, store = beyond_limits(robot, real), Store(robot, DTYPES[real], exact=False)
+    for quantity, program in programs.items():
+        kernel = getattr(package, quantity.function)
+        if kernel.inputs[0].name == "q" and len(points):
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
             judge = Judge(expectation, program, real, within=False)
             for way in _forms(package, quantity, real):

@@ -34,7 +34,7 @@ def test_every_way_to_call_a_kernel_is_compared(package: ModuleType) -> None:
     robot = loads(ARM, "arm.yaml")
     proof = prove(robot, package, (Quantity.POSE,), ("double", "float"))
     ways = [f"{way}{rest}" for rest in ("", ", other parameters") for way in WAYS]
-    beyond = [f"{way}, beyond limits" for real in ("double", "float") for way in BEYOND.format(real).split("; ") * 2]
+    beyond = [f"{way}, beyond limits" for real in ("double", "float") for way in BEYOND.format(real).split("; ")]
 
     assert [comparison.target for comparison in proof.comparisons] == [*ways, *beyond, "C double, 50 digits"]
     assert proof.holds
