@@ -183,7 +183,7 @@ def test_a_wrong_kernel_is_refused_and_the_earlier_output_stays(
         make(write_robot(tmp_path), earlier)
 
     assert str(caught.value).startswith(f"arm: {target} pose differs from the reference at q = (")
-    assert str(caught.value).endswith("; nothing was written")
+    assert "; nothing was written" in str(caught.value)
     assert picture(earlier) == before
 
 
