@@ -156,7 +156,7 @@ def _rocker(bars: tuple[Any, ...], angle: Any, kind: Kind, *, crossed: bool) -> 
     A, B, C = cosine - k1 - k2 * cosine + k3, -2 * sine, k1 - (k2 + 1) * cosine + k3
     root = functions["sqrt"](B**2 - 4 * A * C)
     wanted, other = (-B + root, -B - root) if crossed else (-B - root, -B + root)
-    # The product of both solutions is C / A, so that the one in which terms cancel follows from the one in which none do.
+    # The product of both solutions is C / A: one in which terms cancel follows from the other.
     cancels = np.abs(constant(wanted)) < np.abs(constant(other))
     return 2 * functions["atan2"](_either(cancels, 2 * C, wanted), _either(cancels, other, 2 * A))
 
