@@ -35,6 +35,27 @@ C_MACROS = frozenset(
 )
 """Words that standard headers or gcc's GNU mode define as macros."""
 
+_MACROS = re.compile(
+    r"""(M_[A-Z0-9_]+ | HUGE_VAL[FL]? | MATH_\w+ | FP_[A-Z]+
+    | (FLT|DBL|LDBL|DECIMAL|U?CHAR|SCHAR|U?SHRT|U?INT|U?LONG|U?LLONG|SSIZE|SIZE|PTRDIFF|WCHAR|WINT|SIG_ATOMIC
+      |U?INT(_FAST|_LEAST)?(8|16|32|64)|U?INT(MAX|PTR))_[A-Z0-9_]+
+    | U?INT(MAX|8|16|32|64)_C | KINEGEN_\w+ | [A-Z0-9_]+_(DOF|H_INCLUDED))\Z""",
+    re.VERBOSE,
+)
+"""Macros of the headers that generated files may stand beside, and those that generated files define."""
+
+_TYPES = re.compile(r"(size|ssize|ptrdiff|max_align|u?int(_fast|_least)?(8|16|32|64)|u?int(max|ptr)|float|double)_t\Z")
+"""Types of the C library."""
+
+C_HEADERS = frozenset(
+    """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool stddef
+    stdint stdio stdlib string tgmath time wchar wctype""".split()
+)
+"""Standard headers, which a header of the robot's name would hide."""
+
+GLUE_NAMES = frozenset({"arrays"})
+"""Files that are compiled beside those of a robot; the others begin with kinegen."""
+
 CPP_WORDS = frozenset(
     """alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t char8_t class co_await co_return
     co_yield compl concept consteval constexpr constinit const_cast decltype delete dynamic_cast explicit export false
@@ -47,7 +68,10 @@ CPP_WORDS = frozenset(
 DEVICE_NAMES = frozenset({"aux", "con", "nul", "prn", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))})
 """File names that Windows keeps for itself."""
 
-MODULE_NAMES = frozenset({"cffi", "kinegen", "mpmath", "numpy", "pytest", "scipy", "setuptools", "sympy", "test"})
+MODULE_NAMES = frozenset(
+    """cffi click jinja2 kinegen markupsafe matplotlib mpmath numpy packaging pycparser pytest scipy setuptools sympy
+    test yaml""".split()
+)
 """Modules, besides the standard library, that a generated package of the same name would hide."""
 
 
@@ -86,6 +110,10 @@ def _word_defect(kind: str, name: str) -> str:
         return "is a C++ keyword"
     if name in C_MACROS:
         return "is a macro of the C library or compiler"
+    if _MACROS.match(name):
+        return "is a macro of a C header or of a generated one"
+    if _TYPES.match(name):
+        return "is a type of the C library"
     return ""
 
 
@@ -94,6 +122,10 @@ def _robot_defect(name: str) -> str:
         return "is a Python keyword"
     if name in sys.stdlib_module_names or name in MODULE_NAMES:
         return "would hide the Python module of that name"
+    if name in C_HEADERS:
+        return "would hide the C header of that name"
+    if name in GLUE_NAMES or name.startswith("kinegen_"):
+        return "is a file that kinegen compiles beside those of the robot"
     if name.lower() in DEVICE_NAMES:
         return "is a device name on Windows, so no folder can have it"
     return ""

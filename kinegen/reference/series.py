@@ -153,14 +153,20 @@ class _Functions:
         return _compose(angle, (c, -s, -c))
 
     def sqrt(self, value: Any) -> Any:
+        if not isinstance(value, Series):  # of a constant no slope is wanted, which there is none of at zero
+            return self._of("sqrt", value)
         found = self._of("sqrt", constant(value))
         return _compose(value, (found, 1 / (2 * found), -1 / (4 * found * constant(value))))
 
     def asin(self, value: Any) -> Any:
+        if not isinstance(value, Series):
+            return self._of("asin", value)
         slope = 1 / self._of("sqrt", 1 - constant(value) ** 2)
         return _compose(value, (self._of("asin", constant(value)), slope, constant(value) * slope**3))
 
     def acos(self, value: Any) -> Any:
+        if not isinstance(value, Series):
+            return self._of("acos", value)
         slope = -1 / self._of("sqrt", 1 - constant(value) ** 2)
         return _compose(value, (self._of("acos", constant(value)), slope, constant(value) * slope**3))
 

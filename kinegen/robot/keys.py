@@ -137,7 +137,7 @@ DRIVE = {
     "coupler": "Length of the bar between crank and rocker.",
     "rocker": "Length of the bar that turns with the joint.",
     "angle": "Angle of the crank from the ground line, linear in its reading; the reading itself if left out.",
-    "branch": "How crank and rocker stand: open, as in a parallelogram, or crossed.",
+    "branch": "Assembly with the crank between 0 and 180 degrees: open, as in a parallelogram, or crossed.",
     "sign": "1, or -1 where the joint goes the other way.",
     "offset": "What is added to give the joint; earlier joints may stand in it, as in 90 - shoulder.",
 }

@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 
 from kinegen.errors import RobotFileError
+from kinegen.robot.angle_range import check_angles
 from kinegen.robot.digest import digest
 from kinegen.robot.fields import printable
 from kinegen.robot.model import Robot
@@ -58,6 +59,7 @@ def loads(text: str | bytes, source: str) -> Robot:
     try:
         data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
         robot = resolve(read_robot(parse_tree(decode(data))), printable(PurePath(source).name))
+        check_angles(robot)
     except RobotFileError as error:
         raise RobotFileError(printable(error.message), printable(source), error.line) from None
     return replace(robot, digest=digest(robot))

@@ -32,7 +32,9 @@ class Store:
         if known is None:
             values = input_samples(self._robot, arrays, points)
             rounded = {name: value.astype(self._dtype).astype(np.float64) for name, value in values.items()}
-            known = self._known[key] = Known(self._robot, rounded, exact=self._exact)
+            known = self._known[key] = Known(
+                self._robot, rounded, exact=self._exact, unit=float(np.finfo(self._dtype).eps) / 2
+            )
         return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
 
 

@@ -30,13 +30,17 @@ class Known:
         robot: The robot.
         inputs: Arrays of N configurations by name, such as `q` (N, dof) and `qd`.
         exact: Whether to compute with 50 digits.
+        unit: The relative error of one rounding in the kernels that are compared.
     """
 
-    def __init__(self, robot: Robot, inputs: Mapping[str, Numbers], *, exact: bool = False) -> None:
+    def __init__(
+        self, robot: Robot, inputs: Mapping[str, Numbers], *, exact: bool = False, unit: float = 2.0**-53
+    ) -> None:
         exactly = np.frompyfunc(mpmath.mpf, 1, 1)
         self.robot = robot
         self.inputs = {name: exactly(array) if exact else array.astype(WIDE) for name, array in inputs.items()}
         self.exact = exact
+        self.unit = unit
 
     @cached_property
     def motion(self) -> Kinematics:

@@ -46,7 +46,7 @@ NUMBERS = 200_000
 EXACT_NUMBERS = 3000
 """The same in 50 digits, where what a number costs grows with the number of joints."""
 
-HELD = 2**24
+HELD = 2**23
 """So many numbers at most are held of the transforms of a chain and their derivatives."""
 
 LAW_POSES = 24
@@ -248,7 +248,7 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
 def _held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
     """Every second joint vector, or fourth and so on, for robots of many rows, so that the reference stays small."""
     order = 0 if quantity.kind in PLACES or quantity.kind in FORMS else 2 if quantity.kind is Kind.HESSIAN else 1
-    numbers = 32 * (1 + len(robot.rows) + len(robot.frames)) * (1 + robot.dof) ** order
+    numbers = (32 if order else 128) * (1 + len(robot.rows) + len(robot.frames)) * (1 + robot.dof) ** order
     stride = 1
     while len(points) * numbers > 2 * stride * HELD and len(points) > FEWEST * stride:
         stride *= 2

@@ -24,6 +24,9 @@ SEED = 20240229
 NEARBY = 128
 """So many multiples of 45 degrees around zero are candidates, and as many random ones, where limits allow more."""
 
+BESIDE, DECADES = 32, 15
+"""So many special points have others beside them, at so many distances."""
+
 EVERY = 16
 """One of so many inputs besides joint vectors is special."""
 
@@ -38,16 +41,19 @@ def proof_samples(robot: Robot) -> FloatArray:
 
     Returns:
         Shape (N, dof): zero, all corners of the joint box (`CORNERS` of them where there are more), points at which
-        several joints stand at multiples of 45 degrees or at the ends of their strokes, and random points.
+        several joints stand at multiples of 45 degrees or at the ends of their strokes, points right beside these, and
+        random points.
     """
     if robot.dof == 0:
         return np.zeros((1, 0))
     generator = np.random.default_rng(SEED)
     box = np.array(joint_box(robot))
+    zero_and_corners = (np.clip(np.zeros((1, robot.dof)), box[:, 0], box[:, 1]), _corners(box, generator))
+    special = _special(robot, box, generator)
     parts = (
-        np.clip(np.zeros((1, robot.dof)), box[:, 0], box[:, 1]),
-        _corners(box, generator),
-        _special(robot, box, generator),
+        *zero_and_corners,
+        special,
+        _nearly(special, box, np.random.default_rng(SEED + 1)),
         generator.uniform(box[:, 0], box[:, 1], (RANDOM, robot.dof)),
     )
     return np.concatenate(parts)
@@ -73,6 +79,14 @@ def _special(robot: Robot, box: FloatArray, generator: np.random.Generator) -> F
             candidates = quarters * (math.pi / 4) if len(quarters) else np.array([low, high])
         columns.append(generator.choice(candidates, SPECIAL))
     return np.stack(columns, axis=1)
+
+
+def _nearly(special: FloatArray, box: FloatArray, generator: np.random.Generator) -> FloatArray:
+    """Points as near to special ones as 1e-1 to 1e-15, in one joint."""
+    points = np.repeat(special[:BESIDE], DECADES, axis=0)
+    offsets = np.tile(10.0 ** -np.arange(1, DECADES + 1), BESIDE) * generator.choice((-1, 1), len(points))
+    points[np.arange(len(points)), generator.integers(0, len(box), len(points))] += offsets
+    return np.clip(points, box[:, 0], box[:, 1])
 
 
 def _eighths(low: float, high: float, generator: np.random.Generator) -> NDArray[np.int64]:

@@ -43,8 +43,9 @@ ANGLES = (Kind.RPY_ZYX, Kind.RPY_XYZ, Kind.EULER_ZYZ)
 RATES = MappingProxyType({Kind(f"{form}_jacobian"): form for form in FORMS})
 """The forms by the kinds of their derivatives."""
 
-CLOSEST = 1e-4
-"""How close to a singularity, or to a change of sign, derivatives of an orientation are still compared."""
+CLOSEST = 64
+"""Derivatives are compared up to so many units of rounding for each row from a singularity or a change of sign. Nearer,
+rounding of the rotation decides the last angle, or the sign."""
 
 _ROUNDED = 1 + 1e-6
 """Half a turn in floats is a little more than half a turn."""
@@ -166,13 +167,24 @@ def _orientation_rates(quantity: Quantity) -> tuple[Subject, ...]:
 
     def weighted(known: Known, frame: str, found: Numbers) -> Numbers:
         distance = margin(known, frame)
-        weight = np.where(distance < CLOSEST, 0 * distance, distance**2 if form in ANGLES else 1 + 0 * distance)
-        return found * weight[:, None, None]
+        is_close = distance < CLOSEST * known.unit * (1 + len(known.robot.rows))
+        if form in ANGLES:
+            return found * np.where(is_close, 0 * distance, distance**2)[:, None, None]
+        # All numbers change their sign where w is zero, and rounding decides on which side of it a rotation is.
+        right = rates(known, frame)
+        turned = np.where(is_close & (_squared(found + right) < _squared(found - right)), -1, 1)
+        return found * turned[:, None, None]
 
     def expected(known: Known, frame: str) -> Numbers:
         return weighted(known, frame, rates(known, frame))
 
     return (Subject(2, expected, split_numbers, weighted, rates, margin),)
+
+
+def _squared(rates: Numbers) -> Numbers:
+    """The sum of the squares of each matrix, shape (N,)."""
+    total: Numbers = (rates**2).sum(axis=(1, 2))
+    return total
 
 
 def _turned(known: Known, frame: str) -> Orientation:

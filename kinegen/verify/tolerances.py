@@ -142,7 +142,7 @@ def _proven(expectation: Expectation, program: Program, real: NumberType) -> Lim
     entries = bound_over(program, Ranges(ranges, tuple(_parameters(robot, program).values())), real).entries
     if not all(map(math.isfinite, entries)):
         return None
-    results = _results(program, np.array([entries]), last_row=0.0)
+    results = shaped(program, np.array([entries]), last_row=0.0)
     return _splits(expectation, results)
 
 
@@ -171,7 +171,7 @@ def _around(size: Fraction) -> tuple[Fraction, Fraction]:
 
 def _spread(expectation: Expectation, program: Program, real: NumberType) -> Limits:
     """`SPREADS` times the root mean square, at each input or in the middle of all inputs, where that is more."""
-    trials = (_splits(expectation, _results(program, outputs)) for outputs in _trials(expectation, program, real))
+    trials = (_splits(expectation, shaped(program, outputs)) for outputs in _trials(expectation, program, real))
     plain = next(trials)
     squares = [[[np.zeros(part.shape) for part in split] for split in frames] for frames in plain]
     for other in trials:
@@ -228,7 +228,7 @@ def _at_least_usual(spread: FloatArray) -> FloatArray:
 # Arrays ---------------------------------------------------------------------------------------------------------------
 
 
-def _results(program: Program, outputs: FloatArray, last_row: float = 1.0) -> tuple[FloatArray, ...]:
+def shaped(program: Program, outputs: FloatArray, last_row: float = 1.0) -> tuple[FloatArray, ...]:
     """The numbers of a program as arrays, as a package gives them."""
     found, start = [], 0
     for array in program.signature.results:

@@ -19,7 +19,7 @@ from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.load import load, loads
 from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.proof import move_parameters, prove
-from kinegen.verify.samples import CORNERS, RANDOM, SPECIAL, proof_samples, vector_samples
+from kinegen.verify.samples import BESIDE, CORNERS, DECADES, RANDOM, SPECIAL, proof_samples, vector_samples
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, make, write_robot
 
@@ -76,7 +76,7 @@ def test_samples_hold_zero_corners_special_angles_and_random_points(name: str) -
         return
     at_corners = np.isin(samples, box).all(axis=1)
 
-    assert samples.shape == (1 + corners + SPECIAL + RANDOM, robot.dof)
+    assert samples.shape == (1 + corners + SPECIAL + BESIDE * DECADES + RANDOM, robot.dof)
     assert (samples >= box[:, 0]).all()
     assert (samples <= box[:, 1]).all()
     assert (samples[0] == np.clip(0, box[:, 0], box[:, 1])).all()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import random
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,7 +12,8 @@ import numpy as np
 import pytest
 
 from kinegen.build import build
-from kinegen.outputs import Array, Quantity, parse_quantity
+from kinegen.errors import RobotFileError
+from kinegen.outputs import Array, Kind, Quantity, parse_quantity
 from kinegen.results import BuildOptions, BuildResult
 from kinegen.robot.extent import reach
 from kinegen.robot.load import load, loads
@@ -19,7 +22,8 @@ from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.known import Known
 from kinegen.verify.rounding import rounded_trials
 from kinegen.verify.samples import input_samples, proof_samples
-from kinegen.verify.tolerances import accepted, accepted_error, number_type, program_of
+from kinegen.verify.tolerances import accepted, accepted_error, number_type, program_of, shaped
+from tests.evaluation import run
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 PUMA = load(ROBOTS / "puma560.yaml")
@@ -150,3 +154,55 @@ def test_ten_turns_beside_other_joints_widen_it() -> None:
 
     assert accepted_error(robot, "float") > 2.0**-24 * 20 * math.pi
     assert reach(robot) == pytest.approx(1.2)
+
+
+def test_the_root_of_zero_has_no_slope_and_needs_none(tmp_path: Path) -> None:
+    text = HEAD.format("roots", "m").replace("joints:", "parameters: {p: 0.5}\njoints:") + (
+        "  - {name: a, theta: q, d: sqrt(p - 0.5), a: 0.2, alpha: 90}\n"
+        "  - {name: b, theta: q, d: sqrt(0), a: 0.2, alpha: 0}\n"
+    )
+
+    assert built(tmp_path, text, "pose", "jacobian", "hessian").proof.holds
+
+
+LINKAGE = (
+    HEAD
+    + "  - {{name: j, theta: q, d: 0.4, a: 0.3, alpha: 90}}\nactuators:\n  readings:\n"
+    + "    m: {{dimension: angle, limits: [{}, {}]}}\n  joints:\n    - {{joint: j, form: four_bar, actuator: m, "
+    + "ground: {}, crank: {}, coupler: {}, rocker: {}, branch: {}}}\n"
+)
+
+
+def linkages(count: int) -> Iterator[Robot]:
+    """Random four-bars that close over random limits, some of them up to their dead centres."""
+    draw = random.Random(20240229)
+    while count:
+        bars = [round(draw.uniform(0.1, 0.6), 3) for _ in range(4)]
+        low = draw.uniform(-180, 300)
+        high = low + draw.uniform(20, 160)
+        text = LINKAGE.format("bars", "m", f"{low:.2f}", f"{high:.2f}", *bars, draw.choice(("open", "crossed")))
+        try:
+            robot = loads(text, "bars")
+        except RobotFileError:
+            continue
+        count -= 1
+        yield robot
+
+
+def test_no_right_linkage_is_refused_however_near_its_dead_centres_it_works() -> None:
+    kinds = (Kind.ACTUATORS_TO_JOINTS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS, Kind.JOINTS_TO_ACTUATORS)
+    for robot in linkages(200):
+        for kind in kinds:
+            quantity = Quantity(kind)
+            program = program_of(robot, quantity)
+            given = program.signature.inputs
+            for real, dtype in (("double", np.float64), ("float", np.float32)):
+                values = input_samples(robot, given, np.zeros((300, robot.dof)))
+                rounded = {name: value.astype(dtype).astype(np.float64) for name, value in values.items()}
+                expectation = expect(Known(robot, rounded, unit=float(np.finfo(dtype).eps) / 2), quantity)
+                trial = run(robot, program, rounded[given[0].name].astype(dtype))
+                limits = accepted(expectation, program, number_type(real, library=True))
+                verdict = expectation.judge(shaped(program, trial), limits)
+
+                assert verdict.position_error <= verdict.position_limit, (robot, kind, real)
+                assert verdict.rotation_error <= verdict.rotation_limit, (robot, kind, real)
