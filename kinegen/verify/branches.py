@@ -91,10 +91,10 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
     Returns:
         By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
     """
-    return dict(_signs(_Lines(robot, q), _Lines(robot, np.zeros((1, robot.dof))), family))
+    return dict(_signs(Lines(robot, q), Lines(robot, np.zeros((1, robot.dof))), family))
 
 
-class _Lines:
+class Lines:
     """The axes of all joints: directions and points, in the base frame."""
 
     def __init__(self, robot: Robot, q: FloatArray) -> None:
@@ -138,7 +138,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return found
 
 
-def _signs(now: _Lines, zero: _Lines, family: Family) -> Iterator[tuple[str, FloatArray]]:
+def _signs(now: Lines, zero: Lines, family: Family) -> Iterator[tuple[str, FloatArray]]:
     match family.build:
         case PointArm(arm):
             yield from _arm_signs(now, zero, arm, now.tool, zero.tool)
@@ -158,7 +158,7 @@ def _signs(now: _Lines, zero: _Lines, family: Family) -> Iterator[tuple[str, Flo
 
 
 def _arm_signs(
-    now: _Lines, zero: _Lines, arm: Arm, point: FloatArray, rest: FloatArray
+    now: Lines, zero: Lines, arm: Arm, point: FloatArray, rest: FloatArray
 ) -> Iterator[tuple[str, FloatArray]]:
     if isinstance(arm, ElbowArm | StrokeArm):
         yield "shoulder", _side(now, zero, point, rest)
@@ -169,32 +169,32 @@ def _arm_signs(
         yield "stroke", _dot(now.from_axis(turn, point), now.pointing(arm.stroke)) / now.extent
 
 
-def _turned(lines: _Lines, wrist: Wrist) -> FloatArray:
+def _turned(lines: Lines, wrist: Wrist) -> FloatArray:
     """The sine of how far axis 6 is turned from axis 4 about axis 5."""
     fourth, fifth, sixth = (lines.pointing(joint) for joint in wrist.joints)
     return _dot(np.cross(fourth, sixth), fifth)
 
 
-def _side(now: _Lines, zero: _Lines, point: FloatArray, rest: FloatArray) -> FloatArray:
+def _side(now: Lines, zero: Lines, point: FloatArray, rest: FloatArray) -> FloatArray:
     """How far a point is out on the side of the waist on which it is in the zero pose; NaN where it is on neither."""
     start = _ahead(zero, rest)[0] / zero.extent
     return _ahead(now, point) / now.extent * (np.sign(start) if abs(start) > DOUBTFUL else np.nan)
 
 
-def _ahead(lines: _Lines, point: FloatArray) -> FloatArray:
+def _ahead(lines: Lines, point: FloatArray) -> FloatArray:
     """How far a point is out along the common normal of axes 1 and 2."""
     normal = np.cross(lines.direction(1), lines.direction(2))
     return _dot(lines.from_axis(1, point), normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
-def _above(lines: _Lines, waist: Waist, reached: FloatArray, carried: FloatArray) -> FloatArray:
+def _above(lines: Lines, waist: Waist, reached: FloatArray, carried: FloatArray) -> FloatArray:
     """How far axis 3 is above the line from axis 2 to what is carried, seen with what is reached on the right."""
     outward = np.cross(lines.direction(1), lines.direction(2)) * np.sign(_ahead(lines, reached))[:, None]
     upward = np.cross(lines.direction(2), np.cross(lines.pointing(waist.joint), lines.direction(2)))
     return _bent(lines, 2, 3, carried, np.cross(outward, upward))
 
 
-def _bent(lines: _Lines, first: int, second: int, carried: FloatArray, viewer: FloatArray) -> FloatArray:
+def _bent(lines: Lines, first: int, second: int, carried: FloatArray, viewer: FloatArray) -> FloatArray:
     """How far one axis is to the left of the line from another one to what is carried, for a viewer above them."""
     to_point, to_elbow = lines.from_axis(first, carried), lines.from_axis(first, lines.points[:, second - 1])
     sizes = np.linalg.norm(to_point, axis=1) * np.linalg.norm(to_elbow, axis=1) * np.linalg.norm(viewer, axis=1)

@@ -18,6 +18,7 @@ from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.solve import reads_attitude
+from kinegen.verify.branches import Lines
 from kinegen.verify.ways import DTYPES, Way
 
 FloatArray = NDArray[np.float64]
@@ -47,7 +48,8 @@ def refuse_the_impossible(
         ProofError: Naming the way and the kind of target.
     """
     poses = reference.pose(robot, np.resize(q, (TARGETS, robot.dof)))[:, 0]
-    kinds = [(what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family, poses)]
+    outward = Lines(robot, np.resize(q, (TARGETS, robot.dof))).from_axis(1, poses[:, :3, 3])
+    kinds = [(what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family, poses, outward)]
     with unchecked(sys.modules[f"{package.__name__}._inverse"]), np.errstate(all="ignore"):
         for way in ways:
             for what, targets in kinds:
@@ -56,7 +58,9 @@ def refuse_the_impossible(
                     raise ProofError(f"{robot.name}: {way.target} {quantity} solves for targets {what}")
 
 
-def _impossible(robot: Robot, family: Family, poses: FloatArray) -> Iterator[tuple[str, FloatArray]]:
+def _impossible(
+    robot: Robot, family: Family, poses: FloatArray, outward: FloatArray
+) -> Iterator[tuple[str, FloatArray]]:
     reads = reads_attitude(family)
     places = np.arange(12) if reads else np.array([3, 7, 11])
     for what, number in (("with NaN", np.nan), ("with an infinity", np.inf), ("with an infinity", -np.inf)):
@@ -65,11 +69,9 @@ def _impossible(robot: Robot, family: Family, poses: FloatArray) -> Iterator[tup
         yield what, spoilt
     if all(each.type is JointType.REVOLUTE or each.limits for each in robot.variables):
         for distance in (1.01, 4.0):
-            far = poses.copy()
-            away = far[:, :3, 3] / np.maximum(np.linalg.norm(far[:, :3, 3], axis=1, keepdims=True), 1e-300)
-            away[~(np.linalg.norm(away, axis=1) > 0.5)] = 1, 0, 0
-            far[:, :3, 3] = away * distance * reach(robot)
-            yield "out of reach", far
+            yield "out of reach", _moved(poses, poses[:, :3, 3], distance * reach(robot))
+            # In the plane of an arm whose axes are parallel, and in the plane of approach of one with five joints.
+            yield "out of reach", _moved(poses, outward, distance * reach(robot))
     if not reads:
         return
     for what, change in (
@@ -84,6 +86,15 @@ def _impossible(robot: Robot, family: Family, poses: FloatArray) -> Iterator[tup
         bent = poses.copy()
         bent[:, :3, :3] = bent[:, :3, :3] @ change
         yield what, bent
+
+
+def _moved(poses: FloatArray, way: FloatArray, distance: float) -> FloatArray:
+    """Poses moved along directions by so much."""
+    lengths = np.linalg.norm(way, axis=1, keepdims=True)
+    unit = np.where(lengths > 1e-9 * distance, way / np.maximum(lengths, 1e-300), np.eye(3)[0])
+    far = poses.copy()
+    far[:, :3, 3] += 2 * distance * unit
+    return far
 
 
 @contextmanager

@@ -146,7 +146,7 @@ class _Tester:
         """Try one way at so many random targets, and at all special ones."""
         q = _random(self.robot, count, SEED)
         special = self._special()
-        points = np.concatenate([q, *special.values()])
+        points = np.concatenate([q, *special.values(), self._beyond()])
         poses = reference.pose(self.robot, points)[:, 0]
         solutions, valid = way.call((poses.astype(DTYPES[self.real]),))
         solved, joints = valid != 0, solutions.astype(np.float64)
@@ -164,7 +164,7 @@ class _Tester:
         found = solved.any(axis=1)
         return Trial(
             target=way.target,
-            poses=len(points),
+            poses=int(ends[-1]),
             solutions=int(solved.sum()),
             position_error=float(position.max()),
             rotation_error=float(rotation.max()),
@@ -272,6 +272,12 @@ class _Tester:
             index = limited[row // 2 % len(limited)]
             point[index] = box[index, row % 2]
         return points
+
+    def _beyond(self) -> FloatArray:
+        """Random joint vectors of which most are outside the limits: what is valid for their poses is not."""
+        low, high = np.array(joint_box(self.robot)).T
+        room = np.maximum(np.pi - (high - low) / 2, (high - low) / 4)
+        return np.random.default_rng(SEED).uniform(low - room, high + room, (FEWER // 4, self.robot.dof))
 
     def _with(self, index: int, value: float) -> FloatArray:
         """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""

@@ -159,8 +159,12 @@ class _Tester:
     def _require_bounds(self, numeric_inverse: Any, targets: Any, starts: FloatArray) -> None:
         """See that what is not a pose is left at once, and that a search keeps to its budget and its steps."""
         steps = numeric_inverse(targets, starts, params=self.params, restarts=0, steps=5).iterations
-        short = numeric_inverse(targets, starts, params=self.params, tolerances=(0.0, 0.0), budget=70).iterations
-        if steps.max() > 5 or short.max() > 70:
+        short = numeric_inverse(targets, starts, params=self.params, tolerances=(0.0, 0.0), budget=4).iterations
+        low, high = np.array(joint_box(self.robot)).T
+        ends = np.where(np.arange(len(starts))[:, None] % 2, low - 1, high + 1)
+        beyond = reference.pose(self.robot, ends)[:, 0].astype(targets.dtype)
+        self._require_limits(numeric_inverse(beyond, starts, params=self.params, restarts=0).q)
+        if steps.max() > 5 or short.max() > 4:
             raise ProofError(f"{self._name} takes more steps than it may; nothing was written")
         for what, change in (("NaN", np.nan), ("an infinity", np.inf), ("no rotation", 2.0), ("a reflection", -1.0)):
             spoilt = targets.copy()

@@ -55,9 +55,10 @@ def statements(text: str) -> list[str]:
 
 
 def kernel_part(name: str, real: Real) -> str:
-    """The scalar file from its first kernel on."""
+    """The scalar file from its first kernel to its last one; the limits of the joints come after them."""
     text = texts(name)[c_kernels(name, real)[0]]
-    return text[text.index(f"\nvoid {prefix(name, real)}_") :]
+    kernels = text[text.index(f"\nvoid {prefix(name, real)}_") :]
+    return kernels.partition(f"\nconst {real} {prefix(name, real).upper()}_LIMITS_LOW")[0]
 
 
 def operations(lines: list[str], real: Real) -> list[str]:

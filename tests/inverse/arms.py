@@ -119,8 +119,11 @@ def arm_of(robot: Robot) -> Arm:
 
 
 def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
-    """All solutions for poses (N, 4, 4): joint vectors (N, branches, dof), and which hold (N, branches)."""
-    program, known = arm.program, dict[str, Floats]()
+    """All solutions for poses (N, 4, 4): joint vectors (N, branches, dof), and which hold (N, branches).
+
+    All is computed in the number type of the poses.
+    """
+    program, known, kind = arm.program, dict[str, Floats](), poses.dtype
     entries = poses[:, :3].reshape(len(poses), 12).T
 
     def value(operand: Operand) -> Floats:
@@ -128,9 +131,9 @@ def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
             case Variable(index):
                 return entries[index]
             case RuntimeParameter(name):
-                return np.full(len(poses), arm.params[program.parameters.index(name)])
-            case Constant(number):
-                return np.full(len(poses), float(number))
+                return np.full(len(poses), arm.params[program.parameters.index(name)], kind)
+            case Constant():
+                return np.full(len(poses), float(operand.of(kind == np.float32)), kind)
             case Temporary(name):
                 return known[name]
 

@@ -160,3 +160,53 @@ def test_a_target_that_its_rounding_moves_far_is_no_miss(tmp_path: Path, monkeyp
     assert trial.position_error < 1e-9
     assert 0 < trial.moved < 1000
     assert f"came from (rounding moved {trial.moved:,}, beside singular poses), " in proof.counts_line(trial)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e17, -7e4])
+def test_what_is_not_a_joint_vector_has_no_nearest_solution(ur5: ModuleType, value: float) -> None:
+    q = joints(6, 3)
+    near = q.copy()
+    near[1::2, 2] = value
+    found, exists = ur5.inverse(ur5.fk(q), nearest=near)
+
+    assert exists.tolist() == [True, False] * 3
+    assert np.isnan(found[1::2]).all()
+    np.testing.assert_allclose(found[::2], q[::2], atol=1e-9)
+    single, one = ur5.inverse(ur5.fk(q[1]), nearest=near[1])
+    assert not one
+    assert np.isnan(single).all()
+
+
+def test_out_takes_the_truth_values_that_a_call_returns(ur5: ModuleType) -> None:
+    poses = ur5.fk(joints(5, 4))
+    solutions, valid = ur5.inverse(poses)
+    out = np.empty_like(solutions), np.empty_like(valid)
+    returned = ur5.inverse(poses, out=out)
+
+    assert returned is out
+    np.testing.assert_array_equal(out[1], valid)
+    np.testing.assert_array_equal(out[0][valid], solutions[valid])
+    numbers = np.empty(valid.shape)
+    ur5.inverse(poses, out=(out[0], numbers))
+    np.testing.assert_array_equal(numbers, valid)
+    with pytest.raises(ValueError, match="out for valid has shape"):
+        ur5.inverse(poses, out=(out[0], valid[:2]))
+    valid.flags.writeable = False
+    with pytest.raises(ValueError, match="out for valid is read-only"):
+        ur5.inverse(poses, out=(out[0], valid))
+
+
+@pytest.mark.parametrize(
+    "rotation",
+    [np.eye(3) * 2, np.eye(3) * 1.001, np.diag([1.0, 1.0, -1.0]), -np.eye(3), np.zeros((3, 3))],
+    ids=["twice", "scaled", "mirrored", "inverted", "zeros"],
+)
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_the_formula_itself_solves_nothing_that_is_not_a_pose(
+    ur5: ModuleType, kind: type, rotation: np.ndarray
+) -> None:
+    poses = ur5.fk(joints(20, 5))
+    assert ur5.inverse(poses.astype(kind), check=False)[1].any(axis=1).all()
+    poses[:, :3, :3] = poses[:, :3, :3] @ rotation
+
+    assert not ur5.inverse(poses.astype(kind), check=False)[1].any()

@@ -215,8 +215,8 @@ CASES = (
     ),
     _search(
         "NumPy searches for what is not a pose",
-        r"np\.where\(_are_poses\(targets\)",
-        "np.where(True",
+        r"_are_poses\(targets\)",
+        "np.ones(count, bool)",
         "searches for targets with",
         file="_search.py",
     ),

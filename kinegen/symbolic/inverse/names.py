@@ -79,11 +79,14 @@ def _arm_choices(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[Cho
             return ()
 
 
+_NEAR = "1e-6 (single precision: 1e-5)"
 _ALIGNED = "where axes 4 and 6 are in line, joint 4 stands at 0 (or its limit nearest to 0) and joint 6 takes the sum"
 _POSITION = "the position of the tool decides; the attitude of the target is not read"
-_PLANE = "the target must lie in the plane of the tool, within 1e-6 of the arm's size"
-_UPRIGHT = "the target must be the tool of the zero pose turned about the common axis alone, within 1e-6 rad"
-_APPROACH = "the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-6 rad"
+_PLANE = f"the target must lie in the plane of the tool, within {_NEAR} of the arm's size"
+_UPRIGHT = f"the target must be the tool of the zero pose turned about the common axis alone, within {_NEAR} rad"
+_APPROACH = (
+    f"the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within {_NEAR} rad"
+)
 _PARALLEL = (
     "where axes 4 and 6 are parallel, joint 6 stands at 0, or as near to it as reach allows, and joint 4 takes the sum"
 )

@@ -1,0 +1,97 @@
+"""Limits as data: rounded outwards, the same in C and in Python, with functions that ask them and keep to them."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen.emit.kernels import joint_lines
+from kinegen.emit.limits import joint_limits
+from kinegen.emit.reals import Real
+from kinegen.native.package import load_package
+from kinegen.outputs import Quantity
+from kinegen.robot.load import load, loads
+from tests.builds.workshop import make, set_machine, write_robot
+
+ARM = """\
+kinegen: 1
+name: arm
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: turn, theta: q, d: 0.25, a: 0, alpha: 90, limits: [-160, 170]}
+  - {name: free, theta: q, d: 0, a: 0.3, alpha: 0}
+  - {name: slide, type: prismatic, theta: 90, d: q, a: 0.1, alpha: 90, limits: [-0.1, 0.35]}
+"""
+
+
+@pytest.mark.parametrize("real", Real)
+def test_limits_are_the_next_numbers_outside(real: Real) -> None:
+    turn, free, slide = joint_limits(loads(ARM, "arm.yaml"), real)
+
+    assert free is None
+    assert turn is not None
+    assert slide is not None
+    kind = np.float64 if real is Real.DOUBLE else np.float32
+    for number, exact, side in ((slide[0], Fraction(-1, 10), -1), (slide[1], Fraction(35, 100), 1)):
+        inwards = float(np.nextafter(kind(number), kind(-side * np.inf)))
+        assert side * (Fraction(number) - exact) >= 0
+        assert side * (Fraction(inwards) - exact) < 0
+    assert turn[0] <= np.deg2rad(-160)
+    assert turn[1] >= np.deg2rad(170)
+
+
+def test_printed_limits_hold_all_that_is_between_the_limits() -> None:
+    first, _, third = joint_lines(loads(ARM, "arm.yaml"))
+
+    assert first.endswith("-2.79253 to 2.96706")
+    assert third.endswith("-0.1 to 0.35")
+
+
+def test_c_and_python_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    set_machine(monkeypatch, tmp_path / "cache")
+    make(write_robot(tmp_path, ARM), tmp_path, quantities=(Quantity.POSE,), compile=False)
+    package = load_package(tmp_path / "arm")
+    low, high = np.deg2rad(-160), np.deg2rad(170)
+    vectors = np.array(
+        [[low, 1e30, -0.1], [high, -4, 0.35], [0, 0, 0.36], [3, 0, 0], [np.nan, 0, 0], [0, np.inf, 0], [0, np.nan, 9]]
+    )
+    for kind, stem, real in ((np.float64, "arm", ctypes.c_double), (np.float32, "arm_f32", ctypes.c_float)):
+        library = _compiled(tmp_path / "arm", stem)
+        q = vectors.astype(kind)
+        clamped = np.empty_like(q)
+        within = []
+        for row, place in zip(q, clamped, strict=True):
+            given, result = (array.ctypes.data_as(ctypes.POINTER(real)) for array in (row, place))
+            within.append(bool(library[f"{stem}_within_limits"](given)))
+            library[f"{stem}_clamp"](given, result)
+        names = (f"{stem.upper()}_LIMITS_LOW", f"{stem.upper()}_LIMITS_HIGH")
+        data = [(real * 3).in_dll(library, name) for name in names]
+
+        assert within == [True, True, False, False, False, False, False]
+        assert package.within_limits(q).tolist() == within
+        finite = np.isfinite(q[:, 1])
+        np.testing.assert_array_equal(package.clamp(q)[finite], clamped[finite])
+        assert np.isnan(clamped[4, 0])
+        assert np.isfinite(clamped[5]).all()
+        assert package.within_limits(package.clamp(q[:4])).all()
+        limits = joint_limits(load(tmp_path / "arm.yaml"), Real.DOUBLE if kind is np.float64 else Real.FLOAT)
+        assert [(data[0][i], data[1][i]) for i in (0, 2)] == [limits[0], limits[2]]
+        assert data[1][1] == np.finfo(kind).max
+    assert (package.LIMITS[0], package.LIMITS[2]) == joint_limits(load(tmp_path / "arm.yaml"), Real.DOUBLE)[::2]
+    with pytest.raises(ValueError, match=r"within_limits: q has shape \(2,\)"):
+        package.within_limits([0, 1])
+
+
+def _compiled(folder: Path, stem: str) -> ctypes.CDLL:
+    library = folder / f"{stem}.so"
+    subprocess.run(
+        ["cc", "-std=c99", "-O1", "-shared", "-fPIC", str(folder / f"{stem}.c"), "-o", str(library)],
+        check=True,
+    )
+    return ctypes.CDLL(str(library))
