@@ -56,6 +56,21 @@ C_HEADERS = frozenset(
 GLUE_NAMES = frozenset({"arrays"})
 """Files that are compiled beside those of a robot; the others begin with kinegen."""
 
+BOARD_MACROS = frozenset(
+    """ADC ADCH ADCL ADCW APB_CLK_FREQ ARDUINO BUILTIN_SDCARD CAN CHANGE CRC CoreDebug DAC DEFAULT DEG_TO_RAD DISPLAY
+    DWT EEAR EEDR EULER EXTERNAL EXTI FALLING FALSE FLASH FPU F_CPU HALF_PI HIGH INPUT INPUT_PULLDOWN
+    INPUT_PULLUP INTERNAL INTERNAL1V1 INTERNAL2V56 ITM IWDG LED_BUILTIN LOW LSBFIRST MISO MOSI MPU MSBFIRST
+    NOT_AN_INTERRUPT NOT_A_PIN NOT_A_PORT NVIC ONHIGH ONLOW OUTPUT OUTPUT_OPENDRAIN PI PWR RAD_TO_DEG RAMEND RCC
+    RISING RNG RTC SCB SCK SCL SDA SERIAL SP SPDR SPH SPI SPL SREG SS SysTick TRUE TWO_PI TWCR TWDR WWDG""".split()
+)
+"""Macros of the cores of Arduino, of ESP-IDF, AVR and CMSIS, which firmware includes before the headers of kernels."""
+
+_BOARD_MACRO = re.compile(
+    r"B[01]{1,8}|BIT\d{1,2}|(PIN_)?A\d{1,2}|(PORT|DDR|PIN)[A-L]\d?|(P|DD)[A-L]\d|GPIO[A-K]|(DMA|I2C|SPI|TIM)\d{1,2}|"
+    r"(ADC|CAN|DAC|UART|USART|LPUART)\d|(TCNT|TCCR|OCR|ICR|TIMSK|TIFR|UBRR|UCSR|UDR)\d[A-CHL]{0,2}"
+)
+"""More of them: binary numbers, bits, pins, ports and peripherals."""
+
 CPP_WORDS = frozenset(
     """alignas alignof and and_eq asm bitand bitor bool catch char16_t char32_t char8_t class co_await co_return
     co_yield compl concept consteval constexpr constinit const_cast decltype delete dynamic_cast explicit export false
@@ -79,14 +94,18 @@ def check_name(kind: str, name: str) -> None:
     """Refuse a name that cannot become an identifier in every output.
 
     Args:
-        kind: `robot`, `parameter`, `joint` or `frame`.
+        kind: `robot`, `parameter`, `joint`, `frame` or `runtime parameter`.
         name: As the user wrote it.
 
     Raises:
         KinegenError: Without a place; the message quotes the name and says what is wrong.
     """
     shown = name if len(name) <= _SHOWN else name[: _SHOWN - 3] + "..."
-    reason = _shape_defect(name) or _word_defect(kind, name) or (_robot_defect(name) if kind == "robot" else "")
+    reason = _shape_defect(name) or _word_defect(kind, name)
+    if kind == "robot":
+        reason = reason or _robot_defect(name)
+    elif kind == "runtime parameter":
+        reason = reason or _member_defect(name)
     if reason:
         raise KinegenError(f"{kind} name {shown!r} {reason}")
 
@@ -128,6 +147,13 @@ def _robot_defect(name: str) -> str:
         return "is a file that kinegen compiles beside those of the robot"
     if name.lower() in DEVICE_NAMES:
         return "is a device name on Windows, so no folder can have it"
+    return ""
+
+
+def _member_defect(name: str) -> str:
+    """Members of a struct in C have no prefix, so that a macro of this name would replace them in the header."""
+    if name in BOARD_MACROS or _BOARD_MACRO.fullmatch(name):
+        return "is a macro of Arduino, ESP-IDF, AVR or STM32, which would take its place in the header"
     return ""
 
 

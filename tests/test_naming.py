@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 from kinegen import naming
 from kinegen.errors import KinegenError
+from kinegen.robot.calibrated import calibrated
+from kinegen.robot.load import loads
 
 KINDS = ("robot", "parameter", "joint", "frame")
 
@@ -56,6 +58,45 @@ def test_names_that_no_output_can_use_are_refused(kind: str, name: str, reason: 
 
     assert str(caught.value).startswith(f"{kind} name ")
     assert reason in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "name",
+    "PI TWO_PI EULER LOW DEFAULT F_CPU B0 B1 B11111111 A0 A15 BIT3 PORTB PB1 SP TCNT1A GPIOA ADC1 SERIAL".split(),
+)
+def test_macros_of_boards_are_refused_where_they_would_be_members_of_a_struct(name: str) -> None:
+    """As a constant of the file, or as a joint, they stand in no header by themselves."""
+    with pytest.raises(KinegenError, match=f"^runtime parameter name '{name}' is a macro of Arduino, ESP-IDF, AVR"):
+        naming.check_name("runtime parameter", name)
+    for kind in ("parameter", "joint", "frame"):
+        naming.check_name(kind, name)
+
+
+@pytest.mark.parametrize("name", ["L1", "a2", "d4", "B2", "pi_2", "A", "P1", "offset", "low", "D1"])
+def test_other_names_stay_open_to_runtime_parameters(name: str) -> None:
+    naming.check_name("runtime parameter", name)
+
+
+MACROS = """\
+kinegen: 1
+name: arm
+convention: standard
+units: {length: m, angle: rad}
+parameters:
+  PI: RUNTIME
+joints:
+  - {name: A1, theta: q, d: 0, a: PI, alpha: 0}
+"""
+
+
+def test_a_file_with_such_a_runtime_parameter_is_refused_with_its_line(tmp_path: Path) -> None:
+    constant = loads(MACROS.replace("RUNTIME", "0.4"), "arm.yaml")
+
+    assert [parameter.name for parameter in constant.parameters] == ["PI"]
+    with pytest.raises(KinegenError, match="name 'PI' is a macro of Arduino"):
+        calibrated(constant, ("PI",))
+    with pytest.raises(KinegenError, match=r"arm\.yaml:6: runtime parameter name 'PI' is a macro of Arduino"):
+        loads(MACROS.replace("RUNTIME", "{value: 0.4, runtime: true}"), "arm.yaml")
 
 
 @pytest.mark.parametrize("name", ["lambda", "in", "math", "numpy", "json", "cffi", "test", "kinegen", "aux", "Com3"])

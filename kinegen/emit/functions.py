@@ -61,6 +61,11 @@ def uses(programs: tuple[Program, ...], *operators: Operator) -> bool:
     return any(statement.operator in operators for program in programs for statement in program.statements)
 
 
+def is_straight(program: Program) -> bool:
+    """Whether a program has none of the operations of which compilers make branches."""
+    return not uses((program,), Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT)
+
+
 def routine_lines(routines: tuple[Routine, ...]) -> tuple[str, ...]:
     """What a manual says of functions, as lines of a comment."""
     return tuple(textwrap.wrap(" ".join(routine.accuracy for routine in routines), LINE))

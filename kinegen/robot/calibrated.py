@@ -113,7 +113,10 @@ def _with_names(row: Row, replaced: Iterable[Entry]) -> Row:
 
 
 def _chosen(parameter: Parameter, wanted: frozenset[str]) -> Parameter:
-    return replace(parameter, runtime=True, chosen=True) if parameter.name in wanted else parameter
+    if parameter.name not in wanted:
+        return parameter
+    check_name("runtime parameter", parameter.name)
+    return replace(parameter, runtime=True, chosen=True)
 
 
 def _used(robot: Robot) -> frozenset[str]:

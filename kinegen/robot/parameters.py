@@ -112,6 +112,8 @@ def close_parameters(
     closed: dict[str, Parameter] = {}
     runtime = [parameter.name for parameter in raw if parameter.runtime]
     for parameter in raw:
+        if parameter.runtime:
+            accept_name("runtime parameter", parameter.name, parameter.line)
         with within(parameter.where, parameter.line):
             for name in parameter.slot.words:
                 if name in runtime:

@@ -12,7 +12,7 @@ import pytest
 from kinegen import reference
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
-from tests.emit.emitted import kernels
+from tests.emit.emitted import COMPILERS, kernels
 from tests.packages.packages import (
     STUBS,
     example_pose,
@@ -78,6 +78,21 @@ def test_alone_it_builds_and_its_own_test_passes(robot: str, tmp_path: Path) -> 
     np.testing.assert_allclose(
         shown, example_pose(robot, project(robot, Ecosystem.CMAKE)["examples/pose.c"]), atol=1e-5
     )
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize(
+    "relaxed", ["-Ofast", "-ffast-math", "-funsafe-math-optimizations", "-O2 -fsingle-precision-constant"]
+)
+def test_what_a_project_relaxes_is_taken_back_for_its_files(relaxed: str, compiler: str, tmp_path: Path) -> None:
+    if compiler == "clang" and "single" in relaxed:
+        relaxed = "-freciprocal-math -fno-signed-zeros"
+    folder = write_package(tmp_path, "calibrated_2r", Ecosystem.CMAKE)
+    products = configure(folder, f"-DCMAKE_C_FLAGS={relaxed}", f"-DCMAKE_C_COMPILER={compiler}")
+
+    told = run(["ctest", "--test-dir", products, "--output-on-failure"], tmp_path)
+
+    assert "100% tests passed, 0 tests failed out of 3" in told
 
 
 def test_the_test_fails_if_a_kernel_is_wrong(tmp_path: Path) -> None:

@@ -20,7 +20,15 @@ from kinegen.emit.c.arguments import (
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
-from kinegen.emit.functions import LINE, function_templates, needs_bits, routine_lines, used_routines, uses
+from kinegen.emit.functions import (
+    LINE,
+    function_templates,
+    is_straight,
+    needs_bits,
+    routine_lines,
+    used_routines,
+    uses,
+)
 from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.limits import limit_literals
@@ -86,6 +94,7 @@ class KernelContext:
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
+    promises: tuple[str, ...]
     functions: tuple[Function, ...]
     limits: tuple[tuple[str, str], ...]
     limit_names: tuple[str, str]
@@ -139,6 +148,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         parameters=parameter_lines(robot),
         parameter_names=names,
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
+        promises=tuple(_promises(kernels, real)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
         limits=limit_literals(robot, real),
         limit_names=limit_names(robot, real),
@@ -182,6 +192,25 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
         found.append((macro(robot.name, "PARAMETERS"), f"{len(varied)}"))
         found += [(macro(robot.name, f"PARAMETER_{name}"), f"{index}") for index, name in enumerate(varied)]
     return tuple((name, f"{value}") for name, value in found)
+
+
+def _promises(kernels: Kernels, real: Real) -> list[str]:
+    """What holds for every function, as lines of a comment."""
+    if all(map(is_straight, kernels.programs)):
+        pure, steps = "no state, no heap, no library, no loop, no branch on data", ""
+    else:
+        pure = "no state, no heap, no library, no loop"
+        steps = " Of square roots, arc tangents and selections compilers may make branches; no other function has any."
+    text = (
+        f"Every function is pure: {pure}; safe from threads and interrupts. Inputs and outputs must not overlap. "
+        f"Limits are not checked.{steps}"
+    )
+    if real is Real.FLOAT:
+        text += (
+            " ESP32 and ESP32-S3: an interrupt handler may use float only at level 1, and only with "
+            "CONFIG_FREERTOS_FPU_IN_ISR."
+        )
+    return textwrap.wrap(text, LINE)
 
 
 def _function(kernels: Kernels, program: Program, real: Real) -> Function:

@@ -251,7 +251,9 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
             stride=array.stored,
             output=declared(kernels, program, array),
             first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
-            value=f"turned({place}, {wanted}, {real.literal(2 * _PI)})" if result.turns else place,
+            value=f"{prefix(kernels.robot.name, real)}_turned({place}, {wanted}, {real.literal(2 * _PI)})"
+            if result.turns
+            else place,
             wanted=wanted,
             accepted=f"{name}_accepted{ending}[{entry}]",
             accepted_array=f"{name}_accepted{ending}",

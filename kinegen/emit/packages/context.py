@@ -11,6 +11,7 @@ from kinegen import __version__
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
+from kinegen.emit.functions import is_straight
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.packages.example import Example, example_of
@@ -83,6 +84,7 @@ class ProjectContext:
     sources: tuple[str, ...]
     manuals: tuple[Manual, ...]
     selftests: tuple[Selftest, ...]
+    steps: str
     example: Example
     has_double: bool
     target: str
@@ -125,11 +127,21 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         sources=(*(each.source for each in contexts), *(each.source for each in searches)),
         manuals=(*(_manual(kernels, context) for context in contexts), *map(_search_manual, searches)),
         selftests=tuple(_selftest(kernels, vectors, real) for real in reals),
+        steps=_steps(kernels),
         example=example_of(kernels, vectors, contexts[0].header, reals[0]),
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
         layout=layout,
     )
+
+
+def _steps(kernels: Kernels) -> str:
+    """Which functions take the same time for all inputs."""
+    if all(map(is_straight, kernels.programs)):
+        functions = "every function but the search takes" if kernels.numeric_inverse else "every function takes"
+    else:
+        functions = "a function without square roots, arc tangents and selections takes"
+    return f"On a processor with an FPU for its numbers, {functions} the same instructions whatever it is given."
 
 
 def _manual(kernels: Kernels, context: KernelContext) -> Manual:

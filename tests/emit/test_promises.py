@@ -1,0 +1,54 @@
+"""Headers and READMEs promise the same instructions only of functions that keep it."""
+
+from __future__ import annotations
+
+import pytest
+
+from kinegen.emit.packages.ecosystem import Ecosystem
+from kinegen.emit.packages.project import emit_project
+from kinegen.outputs import Kind, Quantity, parse_quantity
+from tests.emit.emitted import kernels, texts, vectors
+
+STRAIGHT = (Quantity.POSE, parse_quantity("jacobian"))
+NO_BRANCH = "no branch on data"
+
+
+def words(text: str) -> str:
+    """A header without its line ends."""
+    return " ".join(text.replace("\n *", " ").split())
+
+
+@pytest.mark.parametrize("kind", [Kind.QUATERNION_WXYZ, Kind.RPY_ZYX, Kind.INVERSE])
+def test_no_header_promises_that_a_root_or_an_angle_has_no_branch(kind: Kind) -> None:
+    straight = words(texts("puma560", STRAIGHT)["puma560_f32.h"])
+    other = words(texts("puma560", (*STRAIGHT, Quantity(kind)))["puma560_f32.h"])
+
+    assert NO_BRANCH in straight
+    assert NO_BRANCH not in other
+    assert "compilers may make branches; no other function has any" in other
+
+
+def test_headers_for_float_name_the_rule_of_esp32_for_interrupts() -> None:
+    of = texts("puma560", STRAIGHT)
+
+    assert "may use float only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR" in words(of["puma560_f32.h"])
+    assert "CONFIG_FREERTOS_FPU_IN_ISR" not in of["puma560.h"]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "sentence"),
+    [
+        ("pose", "every function takes the same instructions whatever it is given"),
+        ("pose,fk_jacobian,numeric_inverse", "every function but the search takes the same instructions"),
+        ("pose,quaternion_wxyz", "a function without square roots, arc tangents and selections takes the same"),
+    ],
+)
+@pytest.mark.parametrize("ecosystem", list(Ecosystem))
+def test_packages_say_which_functions_take_the_same_steps(outputs: str, sentence: str, ecosystem: Ecosystem) -> None:
+    wanted = tuple(map(parse_quantity, outputs.split(",")))
+    of = emit_project(
+        kernels("scara", wanted), vectors("scara", wanted), texts("scara", wanted), ecosystem.reals, ecosystem
+    )
+
+    assert f"On a processor with an FPU for its numbers, {sentence}" in of["README.md"]
+    assert ("CONFIG_FREERTOS_FPU_IN_ISR" in of["README.md"]) == (ecosystem is Ecosystem.ESP_IDF)
