@@ -321,6 +321,11 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
         write_files(tmp_path / "file" / "arm", NEW)
 
 
+def test_a_name_that_is_too_long_is_named(tmp_path: Path) -> None:
+    with pytest.raises(WriteError, match=r"cannot write .*: File name too long; the earlier output is untouched"):
+        write_files(tmp_path / ("x" * 300), NEW)
+
+
 def test_an_unwritable_folder_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if os.geteuid() == 0:  # root may write anywhere: the refusal is played
         refusal = PermissionError(errno.EACCES, "Permission denied")
