@@ -26,6 +26,16 @@ def _machine(cache_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Path:
+    """The output of an earlier build of the small arm; not to be written to."""
+    with pytest.MonkeyPatch.context() as patch:
+        set_machine(patch, cache_home)
+        folder = tmp_path_factory.mktemp("built")
+        make(write_robot(folder / "in"), folder / "out")
+    return folder / "out"
+
+
+@pytest.fixture(scope="session")
 def built_before(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Path:
     """The output of a build of the small arm as it was, with another length; not to be written to."""
     with pytest.MonkeyPatch.context() as patch:
