@@ -100,7 +100,9 @@ def is_ours(path: Path, name: str, listed: Mapping[str, str] | None) -> bool:
         listed: The list of the folder; None where there is none. Earlier releases left none; then a file is ours that
             carries the banner of kinegen, and an extension that holds the name of its stamp.
     """
-    if path.is_symlink() or not path.is_file():
+    # A link could lead out of the folder, and what is there is not ours.
+    inside = (path, *path.parents[: name.count("/")])
+    if any(place.is_symlink() for place in inside) or not path.is_file():
         return False
     content = path.read_bytes()
     if name == EXTENSION:

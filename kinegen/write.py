@@ -77,9 +77,9 @@ def write_files(
     """
     contents = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
     places = _places(contents)
-    if folder.is_symlink():
-        raise WriteError(f"{folder} is a symbolic link; name the folder that it leads to; nothing was written")
     try:
+        if folder.is_symlink():
+            raise WriteError(f"{folder} is a symbolic link; name the folder that it leads to; nothing was written")
         with _made(folder), _locked(folder, patience) as alone, _made_below(folder, places):
             if alone:
                 recover(folder)

@@ -58,7 +58,8 @@ def state(folder: Path) -> dict[str, tuple[bytes, int]]:
 
 def texts(folder: Path) -> dict[str, str]:
     """Content of every file but the list of them."""
-    return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.name != MANIFEST}
+    found = (path for path in folder.iterdir() if path.name != MANIFEST and path.is_file())
+    return {path.name: path.read_text(encoding="utf-8") for path in found}
 
 
 def listed(folder: Path) -> dict[str, str]:
@@ -198,6 +199,36 @@ def test_a_link_below_the_folder_is_not_followed(folder: Path, tmp_path: Path) -
     assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
+def test_what_a_link_leads_to_is_not_left_over(folder: Path, tmp_path: Path, way: str) -> None:
+    """Somebody moved a folder with files of ours and left a link to it."""
+    write_files(folder, OLD | {"src/old.c": "old\n"})
+    (folder / "src").rename(tmp_path / "src")
+    (folder / "src").symlink_to(tmp_path / "src", target_is_directory=True)
+
+    write_files(folder, NEW, stale=lambda _: True)
+
+    assert (tmp_path / "src" / "old.c").read_text() == "old\n"
+
+
+def test_a_planted_record_leads_nowhere_else(folder: Path, tmp_path: Path) -> None:
+    """Its names and links point at files outside."""
+    (tmp_path / "victim").mkdir()
+    (tmp_path / "victim" / "arm.c").write_text("mine")
+    for place, link in ((folder, "old"), (folder.parent, folder.name)):
+        for names in (["arm.c"], ["../../victim/arm.c"]):
+            stage = place / f".kinegen-{len(names[0])}"
+            stage.mkdir()
+            (stage / "ready").touch()
+            (stage / link).symlink_to(tmp_path / "victim", target_is_directory=True)
+            record = {"kinegen_run": stage.name, "folder": folder.name, "names": names, "kept": names}
+            (stage / "run.json").write_text(json.dumps(record))
+
+    write_files(folder, NEW)
+
+    assert (tmp_path / "victim" / "arm.c").read_text() == "mine"
+    assert texts(folder).items() >= NEW.items()
+
+
 def test_a_file_in_the_place_of_a_folder_is_an_error(folder: Path) -> None:
     (folder / "src").write_text("mine")
 
@@ -288,6 +319,11 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(WriteError, match=r"cannot write .*arm: Not a directory; the earlier output is untouched"):
         write_files(tmp_path / "file" / "arm", NEW)
+
+
+def test_a_name_that_is_too_long_is_named(tmp_path: Path) -> None:
+    with pytest.raises(WriteError, match=r"cannot write .*: File name too long; the earlier output is untouched"):
+        write_files(tmp_path / ("x" * 300), NEW)
 
 
 def test_an_unwritable_folder_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

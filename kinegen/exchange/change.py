@@ -93,11 +93,18 @@ def record_of(stage: Path, folder: Path) -> dict[str, Any] | None:
     """What a build wrote into its temporary folder before all else; None for a folder that is not of a build here."""
     try:
         record = json.loads((stage / RECORD).read_text(encoding="utf-8"))
-        is_ours = record["kinegen_run"] == stage.name and record["folder"] == folder.name and not stage.is_symlink()
+        is_ours = record["kinegen_run"] == stage.name and record["folder"] == folder.name and _is_own(stage)
         plain = all(is_plain_path(name) for name in (*record["names"], *record["kept"]))
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return record if is_ours and plain else None
+
+
+def _is_own(stage: Path) -> bool:
+    """Whether a temporary folder was made by this user, and is no link, nor holds one that leads elsewhere."""
+    status = stage.lstat()
+    links = any(path.is_symlink() for path in (stage, *stage.iterdir()))
+    return not links and (os.name != "posix" or status.st_uid == os.geteuid())
 
 
 def sync(path: Path) -> None:

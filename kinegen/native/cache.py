@@ -1,9 +1,9 @@
 """What is kept from one build to the next, in the user's cache folder: compiled extensions, proofs and figures.
 
-Every entry is one file, named after a digest of all that went into it, and begins with a digest of its content, so
-that a damaged one is noticed. Records are JSON with the shape of their types (see `records`); nothing that is read can
-run. A folder or an entry of another user, or one that others may write to, is not used. A cache that cannot be written
-is done without.
+Every entry is one file, named after a digest of all that went into it, and begins with a digest of its name and
+content, so that one that is damaged, or was meant for something else, is noticed. Records are JSON with the shape of
+their types (see `records`); nothing that is read can run. A folder or an entry of another user, or one that others may
+write to, is not used. A cache that cannot be written is done without.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Cache:
         except OSError:
             return None
         digest, content = data[:_DIGEST], data[_DIGEST:]
-        if hashlib.sha256(content).digest() != digest:
+        if _seal(key, content) != digest:
             return None
         with contextlib.suppress(OSError):
             os.utime(path)  # the newest stay longest
@@ -77,7 +77,7 @@ class Cache:
             handle, name = tempfile.mkstemp(dir=path.parent)
             try:
                 with os.fdopen(handle, "wb") as file:
-                    file.write(hashlib.sha256(content).digest() + content)
+                    file.write(_seal(key, content) + content)
                 Path(name).replace(path)
             except BaseException:
                 Path(name).unlink(missing_ok=True)
@@ -133,6 +133,11 @@ class Cache:
 
     def _path(self, key: str) -> Path | None:
         return self.folder / "extensions" / key if self.folder and key and not self.refusal else None
+
+
+def _seal(key: str, content: bytes) -> bytes:
+    """The digest that an entry begins with."""
+    return hashlib.sha256(f"{key}\0".encode() + content).digest()
 
 
 def _user_folder() -> Path | None:

@@ -51,13 +51,13 @@ class Extension:
     Attributes:
         content: The bytes of the shared library.
         cached: Whether it was compiled before.
-        key: Its name in the cache.
+        key: Its name in the cache; empty for one that is not kept.
         cache: Folder in which results are kept; None for the user's cache folder.
     """
 
     content: bytes
     cached: bool
-    key: str
+    key: str = ""
     cache: Path | None = None
 
     def keep(self) -> None:

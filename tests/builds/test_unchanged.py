@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -150,7 +149,7 @@ def replace_record(change: Callable[[dict[str, Any]], object]) -> None:
             told = json.loads(record["told"])
             change(told)
             content = json.dumps(record | {"told": json.dumps(told)}).encode()
-            entry.write_bytes(hashlib.sha256(content).digest() + content)
+            Cache().save(entry.name, content)
 
 
 def test_a_result_whose_proof_does_not_hold_is_not_told_again(
@@ -190,7 +189,7 @@ def test_nothing_that_is_kept_can_run(
     assert folder
     planted = b"cos\nsystem\n(S'touch " + os.fsencode(tmp_path / "planted") + b"'\ntR."
     for entry in (folder / "extensions").iterdir():
-        entry.write_bytes(hashlib.sha256(planted).digest() + planted)
+        Cache().save(entry.name, planted)
 
     assert recall(path, options) is None
     assert not (tmp_path / "planted").exists()

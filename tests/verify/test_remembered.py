@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -95,7 +94,7 @@ def replace_records(cache: Path, change: Callable[[dict[str, Any]], object]) -> 
         record = json.loads(entry.read_bytes()[32:])
         change(record)
         content = json.dumps(record).encode()
-        entry.write_bytes(hashlib.sha256(content).digest() + content)
+        Cache().save(entry.name, content)
 
 
 CHANGES: dict[str, Callable[[dict[str, Any]], object]] = {
@@ -120,7 +119,7 @@ def test_a_record_that_is_not_a_proof_that_holds_is_proved_anew(change: str, tmp
 @pytest.mark.parametrize("content", [b"", b"null", b"[]", b"{", b"\x80\x04N.", b"[" * 100_000])
 def test_a_record_of_another_shape_is_proved_anew(content: bytes, tmp_path: Path, cache: Path) -> None:
     for entry in (cache / "kinegen" / "extensions").iterdir():
-        entry.write_bytes(hashlib.sha256(content).digest() + content)
+        Cache().save(entry.name, content)
 
     assert not proved_before(tmp_path)
 
@@ -171,6 +170,17 @@ def test_without_a_home_folder_nothing_is_kept(home: str, tmp_path: Path, monkey
     assert Cache().folder is None
     assert Cache().load("key") is None
     assert not (tmp_path / "none").exists()
+
+
+def test_a_record_of_another_proof_is_proved_anew(tmp_path: Path, cache: Path) -> None:
+    """Copied to where the proof of another robot would be."""
+    (entry,) = (cache / "kinegen" / "extensions").iterdir()
+    text = ARM.replace("0.25", "0.26")
+    make(write_robot(tmp_path, text), tmp_path / "again", compile=False)
+    (other,) = set((cache / "kinegen" / "extensions").iterdir()) - {entry}
+    other.write_bytes(entry.read_bytes())
+
+    assert not proved_before(tmp_path, text)
 
 
 def test_a_damaged_entry_is_proved_anew(tmp_path: Path, cache: Path) -> None:
