@@ -6,7 +6,7 @@ Joints ascend and are counted from 1 by their place in the joint vector; from te
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -40,10 +40,14 @@ class Angle:
         return Angle(terms, f"{float(factor):.6g}*({self.rest})" if self.rest else "")
 
     def __str__(self) -> str:
+        return self.text(lambda joint: f"q{joint}")
+
+    def text(self, name: Callable[[int], str]) -> str:
+        """As people write it, with a name for each variable by its number from 1."""
         text = ""
         for joint, coefficient in self.terms:
             size = "" if abs(coefficient) == 1 else f"{_short(abs(coefficient))}*"
-            text = _joined(text, "-" if coefficient < 0 else "+", f"{size}q{joint}")
+            text = _joined(text, "-" if coefficient < 0 else "+", f"{size}{name(joint)}")
         return _joined(text, "+", self.rest) or "0"
 
 

@@ -13,10 +13,11 @@ A build that fails in any stage leaves the output folder as it was.
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from kinegen.boards.figures import Cost
@@ -121,7 +122,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         robot=robot,
         counts={program.quantity: count(program) for program in programs},
         plain=plain,
-        angles=_angles(programs),
+        angles=_angles(robot, programs),
         folder=folder,
         written=written,
         proof=proof,
@@ -269,6 +270,11 @@ def _is_below(name: str) -> bool:
     return "/" in name
 
 
-def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:
-    found = {angle.text: angle for program in programs for angle in program.angles}
+def _angles(robot: Robot, programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:
+    """The angles of all programs; readings of actuators are called by their names."""
+    readings = {f"actuators[{reading.index}]": reading.name for reading in robot.actuators.readings}
+    found = {}
+    for angle in (angle for program in programs for angle in program.angles):
+        text = re.sub(r"actuators\[\d+\]", lambda match: readings[match[0]], angle.text)
+        found[text] = replace(angle, text=text)
     return tuple(found.values())

@@ -25,6 +25,9 @@ from kinegen.ir.program import (
 from kinegen.ir.values import Node, Values
 from kinegen.outputs import Signature
 
+_READINGS = "actuators"
+"""The input of kernels that begin at the motors."""
+
 _TRIGONOMETRIC = (Operator.SIN, Operator.COS)
 _LONG = (Operator.SQRT, Operator.ATAN2)
 
@@ -47,7 +50,7 @@ def name_values(
     Returns:
         The checked program.
     """
-    naming = _Naming(values, AngleLabels(signature.dof))
+    naming = _Naming(values, AngleLabels(signature.dof), signature.inputs[0].name if signature.inputs else "q")
     order = naming.order(outputs)
     for number in order:
         naming.name(number)
@@ -62,7 +65,8 @@ def name_values(
 
 
 class _Naming:
-    def __init__(self, values: Values, labels: AngleLabels) -> None:
+    def __init__(self, values: Values, labels: AngleLabels, vector: str) -> None:
+        self.vector = vector
         self.values = values
         self.nodes = values.nodes
         self.labels = labels
@@ -146,7 +150,7 @@ class _Naming:
 
     def _add_angle(self, number: int) -> None:
         angle = self._angle(number)
-        self.angles[number] = AngleSum(self.labels.label(angle, number), str(angle), len(angle.terms) > 1)
+        self.angles[number] = AngleSum(self.labels.label(angle, number), self._text(angle), len(angle.terms) > 1)
 
     def _angle_key(self, number: int) -> tuple[list[int], int]:
         return [joint for joint, _ in self._angle(number).terms], number
@@ -171,6 +175,10 @@ class _Naming:
                 return self._angle(node.operands[1]).times(self._constant(node.operands[0]))
             case _:
                 return Angle((), "...")
+
+    def _text(self, angle: Angle) -> str:
+        """An angle in words: `q2 + q3` of joint variables, `actuators[1]` of readings."""
+        return str(angle) if self.vector != _READINGS else angle.text(lambda place: f"{_READINGS}[{place - 1}]")
 
     def _constant(self, number: int) -> Fraction:
         node = self.nodes[number]

@@ -43,8 +43,14 @@ class Notation(ABC):
         for index, term in enumerate(expression.terms):
             added = self.plus if index else ""
             taken = self.minus if index else self.negative
-            texts.append((taken if term.sign < 0 else added) + self.product(term))
+            text = self._constant(term) if len(expression.terms) > 1 else ""
+            texts.append((taken if term.sign < 0 else added) + (text or self.product(term)))
         return tuple(texts)
+
+    def _constant(self, term: Term) -> str:
+        """A number that is added to something, such as a length of 0.5, as a decimal; nothing for any other term."""
+        (first, *others) = term.factors or (None,)
+        return _finite(first.value) if isinstance(first, Ratio) and not others else ""
 
     def product(self, term: Term) -> str:
         """The factors of a term, without its sign."""
@@ -93,11 +99,7 @@ class Notation(ABC):
         small = denominator in (2, 4) and abs(value.numerator) < 10
         if denominator == 1 or (small and (self.quarters or (term is not None and len(term.factors) > 1))):
             return ""
-        places = next((n for n in range(1, _LONGEST_DECIMAL + 1) if 10**n % denominator == 0), 0)
-        if not places:
-            return ""
-        whole, rest = divmod(abs(value.numerator) * 10**places // denominator, 10**places)
-        return f"{'-' if value < 0 else ''}{whole}.{rest:0{places}}"
+        return _finite(value)
 
     @abstractmethod
     def symbol(self, name: str, kind: str) -> str:
@@ -144,3 +146,13 @@ def _inverted(factor: Factor) -> Factor:
     if not isinstance(factor, Power):
         return factor
     return factor.base if factor.exponent == -1 else Power(factor.base, -factor.exponent)
+
+
+def _finite(value: Fraction) -> str:
+    """A number as a decimal of few places; nothing if it is an integer or has more of them."""
+    denominator = value.denominator
+    places = next((n for n in range(1, _LONGEST_DECIMAL + 1) if 10**n % denominator == 0), 0)
+    if not places or denominator == 1:
+        return ""
+    whole, rest = divmod(abs(value.numerator) * 10**places // denominator, 10**places)
+    return f"{'-' if value < 0 else ''}{whole}.{rest:0{places}}"

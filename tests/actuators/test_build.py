@@ -160,3 +160,15 @@ def test_the_example_of_a_module_has_a_value(robot: str, kind: Kind, tmp_path: P
 
     (result,) = (value for name, value in names.items() if name != "np")
     assert np.isfinite(result).all()
+
+
+def test_angle_sums_of_readings_have_their_names(tmp_path: Path) -> None:
+    """Joints are q1, q2; what a motor reads is not one of them."""
+    text = ARM.replace("{joint: elbow, form: four_bar", "{joint: elbow, value: servo/50 + 0.02*spindle}\n#")
+    text = re.sub(r"#.*\n.*offset: -0.5\*shoulder}\n", "", text)
+    result = make(write_robot(tmp_path, text), tmp_path / "out", compile=False, quantities=OUTPUTS[2:3])
+
+    sums = [angle.text for angle in result.angles if angle.is_sum]
+    assert sums
+    assert all("spindle" in text and "servo" in text for text in sums)
+    assert not any(re.search(r"\bq\d|actuators", text) for text in sums)

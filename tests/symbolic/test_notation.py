@@ -99,3 +99,20 @@ def test_terms_can_be_printed_one_by_one() -> None:
     entry = Reader(ROBOT).sum(SYMBOLS["a2"] * sp.cos(SYMBOLS["one"]) - SYMBOLS["p"])
 
     assert NOTATIONS["text"].terms(entry) == ("a2*c1", " - p")
+
+
+def test_a_number_that_is_added_is_a_decimal() -> None:
+    """A length of 0.5 is printed as it was written; what multiplies stays a fraction."""
+    reader, one = Reader(ROBOT), sp.cos(SYMBOLS["one"])
+
+    entries = [
+        NOTATIONS["text"].entry(reader.sum(value))
+        for value in (
+            SYMBOLS["a2"] * one + sp.Rational(1, 2),
+            one / 2 - sp.Rational(3, 4),
+            one + 1,
+            one + sp.Rational(1, 3),
+        )
+    ]
+
+    assert entries == ["a2*c1 + 0.5", "c1/2 - 0.75", "c1 + 1", "c1 + 1/3"]

@@ -1,1 +1,1 @@
-"""Python modules that need NumPy alone."""
+"""Python modules: they need NumPy, and call compiled kernels through cffi, or through ctypes where that is missing."""
