@@ -16,7 +16,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
-from itertools import chain
+from functools import partial
+from itertools import chain, repeat
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -40,6 +41,7 @@ from kinegen.symbolic.derive import derive
 RESULTS = Path(__file__).resolve().parent / "results" / "velocity.json"
 POSES = 100_000
 TURNS = 15
+ONE_BY_ONE = 2000
 FEW, MANY = 200, 1000
 FLAGS = {"AVX2": ("-std=gnu99", "-O2", "-mavx2", "-mfma"), "SSE2": ("-std=gnu99", "-O2")}
 """For the widest vectors that valgrind knows, and for every processor of the family (libm picks its own form for the
@@ -51,7 +53,7 @@ Row = tuple[str, str, str]
 def main() -> int:
     """Print the table and write the file; a figure that is not met fails nothing, since machines differ."""
     rows: list[Row] = []
-    for row in chain(operations(), times(), instructions(), rates()):
+    for row in chain(operations(), times(), instructions(), rates(), calls()):
         rows.append(row)
         print(f"{row[0]:<64}{row[1]:>24}   asked {row[2]}", flush=True)
     RESULTS.parent.mkdir(exist_ok=True)
@@ -108,6 +110,32 @@ def rates() -> Iterator[Row]:
             yield label, f"{rate['both'] / rate[peer]:.1f} times", "at least 20"
 
 
+def calls() -> Iterator[Row]:
+    """One configuration from Python, as in a control loop."""
+    for name in ("puma560", "ur5", "panda"):
+        with tempfile.TemporaryDirectory() as folder:
+            arm = load_arm(name, Path(folder) / "pose")
+            quantities = (Quantity.POSE, parse_quantity("jacobian"), BOTH)
+            options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=quantities)
+            package = load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
+        q = arm.configurations(1, "double")[0]
+        work = {
+            "jacobian(q)": partial(_calls, package.jacobian, q),
+            "fk_jacobian(q)": partial(_calls, package.fk_jacobian, q),
+        }
+        if importlib.util.find_spec("pinocchio") is not None:
+            work["Pinocchio"] = partial(_calls, _pinocchio(arm), q)
+        for what, rate in _alternating(work).items():
+            asked = "under 0.40 us" if what == "jacobian(q)" else "-"
+            yield f"{name}: one call, {what}", f"{1e6 / rate:.2f} us", asked
+
+
+def _calls(function: Callable[[Any], object], q: Any) -> int:
+    for _ in repeat(None, ONE_BY_ONE):
+        function(q)
+    return ONE_BY_ONE
+
+
 def _ours(arm: Arm, package: ModuleType) -> Iterator[tuple[str, Callable[[], object]]]:
     q = arm.configurations(POSES, "double")
     pose, jacobian = np.empty((POSES, 4, 4)), np.empty((POSES, 6, arm.dof))
@@ -133,16 +161,22 @@ def _peers(arm: Arm) -> Iterator[tuple[str, Callable[[], object]]]:
         mapped, columns = _casadi(arm).map(few), np.asfortranarray(q.T)
         yield "CasADi map", lambda: (mapped(columns), few)[1]
     if importlib.util.find_spec("pinocchio") is not None:
-        pin: Any = importlib.import_module("pinocchio")
-        model, frame = _model(pin, arm)
-        data = model.createData()
+        one = _pinocchio(arm)
 
         def loop() -> int:
             for row in q:
-                pin.computeFrameJacobian(model, data, row, frame, pin.LOCAL_WORLD_ALIGNED)
+                one(row)
             return few
 
         yield "Pinocchio, Python loop", loop
+
+
+def _pinocchio(arm: Arm) -> Callable[[Any], object]:
+    """Its pose and Jacobian of one configuration."""
+    pin: Any = importlib.import_module("pinocchio")
+    model, frame = _model(pin, arm)
+    data, axes, compute = model.createData(), pin.LOCAL_WORLD_ALIGNED, pin.computeFrameJacobian
+    return lambda q: compute(model, data, q, frame, axes)
 
 
 def _casadi(arm: Arm) -> Any:

@@ -200,7 +200,7 @@ def test_the_command_prints_and_writes(
     asked = {(row.what, row.layout, row.asked) for row in results.rows if row.asked is not None}
     assert ("batch kernel, from C", "4x4", 0.5) in asked
     assert ("batch kernel, from C", "joint-major", 0.65) in asked
-    assert ("one call: fk(q)", "4x4", 1.0) in asked
+    assert ("one call: fk(q)", "4x4", 0.4) in asked
     assert all(row.processor and row.value > 0 for row in results.rows)
     page = "".join(f"<!-- measured: {name} -->\n<!-- end -->\n" for name in ("machine", "asked", "kernels", "sizes"))
     assert "| batch kernel, from C, joint-major | double |" in make_performance.page(page, results)

@@ -25,8 +25,8 @@ def test_indices_of_the_c_are_wide_enough(tmp_path: Path) -> None:
     for name, text in sources(programs("puma560", POSES)).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     batch = (tmp_path / "puma560_batch.c").read_text(encoding="utf-8")
-    assert batch.count("size_t start = 0;") == 1, "the loop over tiles looks otherwise: adapt this test"
-    late = "extern size_t far_begin;\n" + batch.replace("size_t start = 0;", "size_t start = far_begin;")
+    assert batch.count("size_t begin = 0;") == 1, "the loops over tiles look otherwise: adapt this test"
+    late = "extern size_t far_begin;\n" + batch.replace("size_t begin = 0;", "size_t begin = far_begin;")
     (tmp_path / "puma560_batch.c").write_text(f"#include <stddef.h>\n{late}", encoding="utf-8")
     files = [Path(__file__).with_name("far.c"), "puma560.c", "puma560_batch.c"]
     subprocess.run(["gcc", *FLAGS, "-I.", *files, "-o", "far"], cwd=tmp_path, check=True)

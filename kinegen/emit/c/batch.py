@@ -33,6 +33,11 @@ MOST_ROWS = 24
 """With more numbers than these a tile of doubles is a short one."""
 
 
+LONGEST_DIRECT = 200
+"""Statements of a kernel that is printed twice, once for results in rows alone: longer ones take long to compile, and
+have more to do than to store."""
+
+
 @dataclass(frozen=True, slots=True)
 class BatchInput:
     """One input of a batch kernel.
@@ -89,6 +94,23 @@ class Tile:
 
 
 @dataclass(frozen=True, slots=True)
+class Direct:
+    """How full tiles go straight into the rows of a result, where neighbours lie next to each other.
+
+    Attributes:
+        condition: When that can be.
+        result: The result.
+        values: What is passed to the function that evaluates a tile.
+        constants: Assignments of the rows that hold the same number for every configuration.
+    """
+
+    condition: str
+    result: str
+    values: str
+    constants: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class BatchFunction:
     """One batch kernel, printed.
 
@@ -108,6 +130,7 @@ class BatchFunction:
         tile_values: What is passed for them.
         body: Statements for one configuration of a tile, and the assignments to the result tile.
         constants: Assignments of the rows of the result tile that hold the same number for every configuration.
+        direct: How results in rows are written without the tile; None where they are not.
     """
 
     name: str
@@ -125,6 +148,7 @@ class BatchFunction:
     tile_values: str
     body: tuple[str, ...]
     constants: tuple[str, ...]
+    direct: Direct | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +164,9 @@ class BatchContext:
     reads: bool
     routines: tuple[str, ...]
     needs_bits: bool
+    has_direct: bool
+    has_matrices: bool
+    store_template: str
     functions: tuple[BatchFunction, ...]
 
 
@@ -157,16 +184,20 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
     kernel = kernel_context(kernels, real)
     header = c_file(robot.name, "h", real, batch=True)
     functions = tuple(_function(kernels, program, real) for program in kernels.programs)
+    tiles = tuple(_tiles(functions, real))
     context = BatchContext(
         kernel=kernel,
         header=header,
         source=c_file(robot.name, "c", real, batch=True),
         guard=guard(header),
         title=f"Batches: {kernel.title[0].lower()}{kernel.title[1:]}",
-        tiles=tuple(_tiles(functions, real)),
+        tiles=tiles,
         reads=any(each.inputs for each in functions),
         routines=function_templates(kernels.programs, real, batch=True),
         needs_bits=needs_bits(kernels.programs, real, batch=True),
+        has_direct=any(each.direct for each in functions),
+        has_matrices=any(each.has_matrices for each in tiles),
+        store_template=f"c/_store_{'f64' if real is Real.DOUBLE else 'f32'}.c.jinja",
         functions=functions,
     )
     return {
@@ -218,9 +249,9 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
     params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
     printer = CPrinter(real, f"{stem}_sincos", tile_variables(program), stem, selects_bits=True)
-    places = [f"t[{row}][i]" for row in range(len(program.outputs))]
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
-    body = printer.lines(program, [None if row in constants else place for row, place in enumerate(places)])
+    places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
+    body = printer.lines(program, places)
     read = tuple(array for array in given(program) if _reads(body, rf"{array.name}\["))
     reads_params = _reads(body, "params->")
     results = tuple(_results(program))
@@ -230,6 +261,11 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     arguments += [f"const {params} *params"] * reads_params
     values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
     values += ["params"] * reads_params
+    tile_result, tile_value = f"{real} (*restrict t)[{size}]", "t"
+    direct = _direct(printer, body, read, results, size, constants, reads_params=reads_params)
+    if direct is not None:
+        body = printer.lines(program, [place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
+        tile_result, tile_value = f"{real} *restrict t, ptrdiff_t t_row", f"&t[0][0], {size}"
     return BatchFunction(
         name=function(kernels.robot.name, program.quantity.function, real, batch=True),
         size=size,
@@ -242,10 +278,35 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         results=results,
         has_matrices=any(result.matrices for result in results),
         tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
-        tile_arguments=", ".join([*arguments, f"{real} (*restrict t)[{size}]"]),
-        tile_values=", ".join([*values, "t"]),
+        tile_arguments=", ".join([*arguments, tile_result]),
+        tile_values=", ".join([*values, tile_value]),
         body=body,
-        constants=tuple(printer.assignment(places[row], operand) for row, operand in constants.items()),
+        constants=tuple(printer.assignment(f"t[{row}][i]", operand) for row, operand in constants.items()),
+        direct=direct,
+    )
+
+
+def _direct(
+    printer: CPrinter,
+    body: tuple[str, ...],
+    read: tuple[Array, ...],
+    results: tuple[BatchResult, ...],
+    size: str,
+    constants: dict[int, Constant],
+    *,
+    reads_params: bool,
+) -> Direct | None:
+    """The way without the tile, for short kernels of one result."""
+    if not read or len(results) != 1 or results[0].rows > MOST_ROWS or len(body) > LONGEST_DIRECT:
+        return None
+    name = results[0].name
+    neighbours = [f"({array.name}_pose == 1)" for array in read]
+    values = [f"{array.name} + begin, 1, {array.name}_joint" for array in read] + ["params"] * reads_params
+    return Direct(
+        condition=" && ".join(["(layout == 2)", *neighbours, f"({name}_stride >= {size})"]),
+        result=name,
+        values=", ".join([*values, "to", f"{name}_stride"]),
+        constants=tuple(printer.assignment(f"to[{row} * {name}_stride + i]", each) for row, each in constants.items()),
     )
 
 
