@@ -45,6 +45,7 @@ from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
+from kinegen.verify.written import require_proven, require_written
 from kinegen.verify.wrong_unit import wrong_unit
 from kinegen.write import write_files
 
@@ -105,6 +106,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
+        if project:
+            require_proven(robot, project, emitted.files)
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
@@ -112,6 +115,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         folder = options.output / robot.name
         stale = _is_below if project else _stale(folder, emitted)
         written = write_files(folder, project or contents, stale, force=options.force)
+        require_written(folder, project or contents)
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,

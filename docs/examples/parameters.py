@@ -1,12 +1,10 @@
-"""Lengths that stay arguments; run with the package on the path."""
+"""The derivative of the pose by all 24 numbers of the table; run with the built package on the path."""
 
-import calibrated_2r
 import numpy as np
+import ur5
 
-q = np.array([0.3, -0.5])
-print(calibrated_2r.Params())
+q = np.array([0.3, -1.2, 0.4, 0.1, 0.8, -0.5])
+J = ur5.parameter_jacobian(q, params=ur5.Params(a_elbow=-0.3921))
 
-# A measured length in place of the one in the file; the others keep their defaults. Angles are in radians.
-measured = calibrated_2r.Params(L1=0.4011)
-moved = calibrated_2r.position(q, params=measured) - calibrated_2r.position(q)
-print("the tip moves by", (1000 * moved).round(3), "mm")
+print(J.shape)
+print("columns:", *ur5.PARAMETERS[:5], "...")

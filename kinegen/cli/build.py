@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
+from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
 
 if TYPE_CHECKING:
@@ -139,6 +140,7 @@ def command(
 
 def _build_all(files: tuple[Path, ...], options: BuildOptions, *, as_json: bool, debug: bool) -> int:
     """Build one robot after the other, also after one has failed; returns the exit status."""
+    warn_of_cache()
     failed: list[Path] = []
     documents: list[dict[str, object]] = []
     names: dict[str, Path] = {}
@@ -184,7 +186,7 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
             say(stage_line(stage))
 
     if not quiet:
-        say(strong(str(file)))
+        say(strong(shown(file)))
     key = key_of(file, options)
     result = recall(key, file, options)
     if result is None:

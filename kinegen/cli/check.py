@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen.cli.terminal import complain, good, say
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -43,9 +43,9 @@ def _check(file: str) -> None:
     from kinegen.verify.wrong_unit import wrong_unit
 
     robot = load(file)
-    say(f"{file}: {good('ok')}, {', '.join(_facts(robot))}")
+    say(f"{shown(file)}: {good('ok')}, {', '.join(_facts(robot))}")
     for note in (*wrong_unit(robot), *nearly_special(robot)):
-        place = file if note.line is None else f"{file}:{note.line}"
+        place = shown(file) if note.line is None else f"{shown(file)}:{note.line}"
         say(f"{place}: note: {note.text}")
 
 

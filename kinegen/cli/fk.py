@@ -73,8 +73,9 @@ def _read_values(robot: Robot, texts: tuple[str, ...], *, deg: bool) -> list[Dec
     """One exact value for each joint variable, in radians and the file's length unit."""
     wanted = ", ".join(f"{variable.name} [{_unit(robot, variable, deg=deg)}]" for variable in robot.variables)
     if len(texts) != robot.dof:
-        expected = f"{robot.dof} ({wanted})" if robot.dof else "no"
-        raise click.UsageError(f"{robot.name} takes {expected} joint values; {len(texts)} given")
+        given = f"{len(texts)} given" if texts else "none given"
+        listed = f" ({wanted})" if wanted else ""
+        raise click.UsageError(f"{robot.name} takes {robot.dof or 'no'} joint values{listed}, {given}")
     return [_read(variable, text, deg=deg) for variable, text in zip(robot.variables, texts, strict=True)]
 
 

@@ -11,7 +11,7 @@ import click
 from kinegen import __version__
 from kinegen.cli.build import INTEGERS, REALS, quantities_of
 from kinegen.cli.terminal import columns, faint, good, say, strong
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
         document = {"kinegen": __version__, "format": 1, "file": str(file), "robot": kernels.robot.name}
         say(json.dumps({**document, "target": target.name, "costs": [cost.record() for cost in costs]}, indent=2))
         return
-    say(strong(f"{file} on {target.name}: {target.title}"))
+    say(strong(f"{shown(file)} on {target.name}: {target.title}"))
     say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
     say("\n".join(f"  {line}" for line in _table(costs)))
     for reason in reasons(costs):

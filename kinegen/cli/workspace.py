@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.cli.workspace_report import Study, document, report
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.workspace.options import MOST_SAMPLES, Plane, SurveyOptions
 
 if TYPE_CHECKING:
@@ -122,6 +123,7 @@ def command(
             check(path)
     if planes and slices is None:
         raise click.UsageError("--plane chooses what --slices draws; name its file with --slices")
+    warn_of_cache()
     study = _study(file, tip, limits_from, SurveyOptions(samples, voxel, seed, threads))
     written = _write(study, slices, planes, cloud)
     if as_json:
@@ -129,10 +131,10 @@ def command(
         return
     if study.workspace.tip.backend != "c":
         complain("warning: there is no C compiler, so NumPy evaluates, which takes many times longer")
-    say(strong(f"{file}: workspace of {study.workspace.tip.name}"))
+    say(strong(f"{shown(file)}: workspace of {study.workspace.tip.name}"))
     say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
-        say(f"  wrote {path}")
+        say(f"  wrote {shown(path)}")
 
 
 def _check_picture(path: Path) -> None:

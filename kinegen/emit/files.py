@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
-from kinegen.emit.c.vectors import Vectors, emit_vectors
+from kinegen.emit.c.vectors import emit_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import emit_package

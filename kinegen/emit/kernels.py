@@ -15,7 +15,7 @@ from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, JointType, Robot
 
-_PARTS = ("batch", "tile", "arrays", "pointers", "expected")
+_PARTS = ("batch", "tile", "arrays", "pointers", "expected", "accepted")
 """What follows the names of functions in names that C files and extensions need besides."""
 
 

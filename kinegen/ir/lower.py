@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 
 import sympy as sp
 
@@ -27,6 +28,7 @@ DIGITS = 150
 _NEGLIGIBLE = Fraction(1, 10**120)
 
 
+@lru_cache(maxsize=32)
 def lower(expressions: Expressions) -> Program:
     """Lower one kinematic quantity to straight-line code.
 

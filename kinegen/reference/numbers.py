@@ -1,9 +1,9 @@
-"""The kinds of numbers that the reference works in: float64, and mpmath with 50 digits."""
+"""The kinds of numbers that the reference works in: float64, wider floats, and mpmath with 50 digits."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +18,12 @@ Rows = tuple[tuple[Any, Any, Any, Any], ...]
 
 DIGITS = 50
 """Decimal digits of the mpmath reference."""
+
+WIDE: Any = np.longdouble
+"""The widest floats of NumPy: 64 or 113 bits of precision on most machines, and 53 where C has nothing wider."""
+
+WIDE_UNIT = float(np.finfo(WIDE).eps) / 2
+"""The relative error of one rounding in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +63,18 @@ FLOATS = Kind(
     multiply=np.matmul,
 )
 """Arrays of float64, one number for each joint vector."""
+
+
+def _widest(value: Fraction) -> Any:
+    return WIDE(value.numerator) / WIDE(value.denominator)
+
+
+WIDE_FLOATS = replace(
+    FLOATS,
+    arithmetic=replace(FLOATS.arithmetic, number=_widest, pi=WIDE("3.14159265358979323846264338327950288419717")),
+    matrix=lambda rows: _stack(rows, WIDE),
+)
+"""Arrays of `WIDE`, which kernels in double are compared with: what the judge loses is far less than what they do."""
 
 
 def digits() -> Kind:

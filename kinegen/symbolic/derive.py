@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from kinegen.errors import KinegenError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import BASE, Robot
@@ -19,8 +21,9 @@ from kinegen.symbolic.se3 import derive_se3
 from kinegen.symbolic.velocity import derive_velocity
 
 
+@lru_cache(maxsize=32)
 def derive(robot: Robot, quantity: Quantity) -> Expressions:
-    """Derive one kinematic quantity.
+    """Derive one kinematic quantity; a build and its proof ask for the same ones.
 
     Args:
         robot: The robot.

@@ -38,6 +38,9 @@ _FEW = 0, 1, 2, 17
 _LARGEST = 1000.0
 """Numbers up to this become other types, of which some hold no more than 65,504."""
 
+_NUMBERS = 256
+"""Kernels with more numbers for a configuration are not asked for a batch over a block, which would take 100 MB."""
+
 _GUARD = -7.0
 _LAST_DIGITS = 64
 
@@ -223,7 +226,8 @@ def _shared(called: Called) -> Iterator[Call]:
     """Long batches: shared by threads, and cut into blocks."""
     inputs, wanted = called.resized(SHARED)
     yield Call("with threads=3", partial(called.call, inputs, threads=3), wanted)
-    if called.kernel.backend == "c":  # NumPy has had several blocks already
+    is_small = sum(array[0].size for array in wanted) <= _NUMBERS
+    if is_small and called.kernel.backend == "c":  # NumPy has had several blocks already
         longer, also = called.resized(BLOCK + LONGEST)
         yield Call(f"in a batch of {BLOCK + LONGEST}", partial(called.call, longer), also)
 

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from kinegen.ir.program import Program
 from kinegen.outputs import Array, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.comparison import Comparison
-from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.expectation import Expectation, Limits, expect
 from kinegen.verify.known import Known
 from kinegen.verify.samples import FloatArray, input_samples
-from kinegen.verify.tolerances import accepted_error
+from kinegen.verify.tolerances import accepted, number_type
 from kinegen.verify.ways import Arrays
 
 
@@ -35,8 +36,35 @@ class Store:
         return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
 
 
+class Judge:
+    """Compares what kernels return at some inputs with what they must; limits are found once for each number type.
+
+    Args:
+        expectation: The reference at the inputs.
+        program: What the kernels were printed from.
+        real: Their number type.
+        within: Whether the inputs lie where samples are taken from, for which errors are proven.
+    """
+
+    def __init__(self, expectation: Expectation, program: Program, real: str, *, within: bool = True) -> None:
+        self.expectation, self._program, self._real, self._within = expectation, program, real, within
+        self._limits: dict[bool, Limits] = {}
+
+    def limits(self, target: str) -> Limits:
+        """What is accepted of a target; the sines of NumPy are its own."""
+        library = target.startswith("NumPy")
+        if library not in self._limits:
+            kind = number_type(self._real, library=library)
+            self._limits[library] = accepted(self.expectation, self._program, kind, within=self._within)
+        return self._limits[library]
+
+    def compare(self, target: str, results: Arrays, row: str = "") -> Comparison:
+        """One comparison; `row` is what it counts as in a report."""
+        return compare(self.expectation, target, results, self.limits(target), self._real, row)
+
+
 def compare(
-    expectation: Expectation, target: str, results: Arrays, real: str, *, row: str = "", more: float = 0.0
+    expectation: Expectation, target: str, results: Arrays, limits: Limits, real: str, row: str = ""
 ) -> Comparison:
     """Hold the results of a kernel against what it must return.
 
@@ -44,25 +72,21 @@ def compare(
         expectation: What it must return.
         target: The kernel and how it was called, for people.
         results: What it returned, N configurations each.
+        limits: What is accepted.
         real: Its number type.
         row: What it counts as in a report.
-        more: What is accepted beyond the usual error, relative as that one is.
     """
-    known = expectation.known
-    position, rotation = expectation.errors(results)
-    relative = accepted_error(known.robot, real) + more
-    severity = np.maximum(position / expectation.length_scale, rotation / expectation.number_scale)
-    place, column = np.unravel_index(np.argmax(np.nan_to_num(severity, nan=np.inf)), severity.shape)
+    verdict = expectation.judge(results, limits)
     return Comparison(
         target=target,
         quantity=expectation.quantity,
-        poses=known.count,
-        position_error=float(position.max()),
-        rotation_error=float(rotation.max()),
-        position_tolerance=relative * expectation.length_scale,
-        rotation_tolerance=relative * expectation.number_scale,
-        worst=tuple(float(entry) for entry in known.joints[place]),
-        frame=expectation.frames[int(column)],
+        poses=expectation.known.count,
+        position_error=verdict.position_error,
+        rotation_error=verdict.rotation_error,
+        position_tolerance=verdict.position_limit,
+        rotation_tolerance=verdict.rotation_limit,
+        worst=tuple(float(entry) for entry in expectation.known.joints[verdict.row]),
+        frame=verdict.frame,
         real=real,
         row=row,
     )

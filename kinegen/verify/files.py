@@ -56,18 +56,18 @@ def require_files(
     require_straight(robot, texts, straight, reals)
     if package.backend != "c":
         return
-    compiler, macros = find_compiler(), header_macros(robot, package, programs)
+    compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
     size = max(_size(robot, package, quantity) for quantity in programs)
     kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
     for real in reals:
         probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)
-        _require_macros(robot, probe, macros)
+        require_macros(robot, probe, macros)
         _require_defaults(robot, probe)
         require_routines(robot, probe)
         require_selftest(robot, probe, programs, kernels, SPOILT * accepted_error(robot, real) * size)
 
 
-def header_macros(robot: Robot, package: ModuleType, quantities: Sequence[Quantity]) -> dict[str, int]:
+def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 0) -> dict[str, int]:
     """The macros of a header after the robot's prefix, with their values."""
     kinds = {quantity.kind for quantity in quantities}
     found = {"DOF": robot.dof}
@@ -84,11 +84,16 @@ def header_macros(robot: Robot, package: ModuleType, quantities: Sequence[Quanti
         found[f"{word}S"] = len(names)
         found |= {f"{word}_{name}": index for index, name in enumerate(names)}
     if Kind.INVERSE in kinds:
-        found["BRANCHES"] = len(package.BRANCHES)
+        found["BRANCHES"] = branches
     return found
 
 
-def _require_macros(robot: Robot, probe: Probe, macros: Mapping[str, int]) -> None:
+def require_macros(robot: Robot, probe: Probe, macros: Mapping[str, int]) -> None:
+    """Compare the macros of a header with what they must be.
+
+    Raises:
+        ProofError: Naming the macro.
+    """
     found = (ctypes.c_long * len(macros)).in_dll(probe.library, "kinegen_macros")
     for (name, wanted), value in zip(macros.items(), found, strict=True):
         if value != wanted:

@@ -62,7 +62,7 @@ class Spoilt:
     is_spoilt: Numbers
 
 
-def spoil(robot: Robot, quantity: Quantity, arrays: Sequence[Array], results: Sequence[Array], real: str) -> Spoilt:
+def spoil(robot: Robot, quantity: Quantity, arrays: Sequence[Array], results: Sequence[Array]) -> Spoilt:
     """Put NaN, infinities and far angles into each entry of each input.
 
     Args:
@@ -70,30 +70,27 @@ def spoil(robot: Robot, quantity: Quantity, arrays: Sequence[Array], results: Se
         quantity: What the kernel computes.
         arrays: Its inputs.
         results: Its results.
-        real: Number type of the inputs, as NumPy calls it.
 
     Returns:
-        The inputs; without rows for a kernel that takes none.
+        The inputs, which floats hold exactly; without rows for a kernel that takes none.
     """
     points = vector_samples(robot)[-POINTS:]
-    values = {
-        name: value.astype(real).astype(np.float64) for name, value in input_samples(robot, arrays, points).items()
-    }
-    still = _returned(robot, quantity, results, values)
+    samples = input_samples(robot, arrays, points)
+    values = {name: value.astype(np.float32).astype(np.float64) for name, value in samples.items()}
+    entries = list(_entries(robot, arrays))
+    moved = _moved(robot, quantity, results, values, [(array.name, place) for array, place, _ in entries])
     plain: dict[str, list[Numbers]] = {array.name: [] for array in arrays}
     inputs: dict[str, list[Numbers]] = {array.name: [] for array in arrays}
     names, is_nan = list[str](), list[bool]()
     depends: list[list[Numbers]] = [[] for _ in results]
-    for array, place, kinds in _entries(robot, arrays):
-        others = {**values, array.name: _with(values[array.name], place, _MOVED, add=True)}
-        moved = [_differ(*pair) for pair in zip(still, _returned(robot, quantity, results, others), strict=True)]
+    for (array, place, kinds), changes in zip(entries, moved, strict=True):
         for word, value in kinds.items():
             spoilt = {**values, array.name: _with(values[array.name], place, value)}
             # Every configuration stands beside one that is as it was.
             for given in arrays:
                 plain[given.name] += [values[given.name], values[given.name]]
                 inputs[given.name] += [spoilt[given.name], values[given.name]]
-            for found, change in zip(depends, moved, strict=True):
+            for found, change in zip(depends, changes, strict=True):
                 shape = (len(points), *change.shape)
                 found += [np.broadcast_to(change, shape), np.zeros(shape, bool)]
             names += [f"{word} in {array.name}{list(place)}"] * len(points)
@@ -101,15 +98,37 @@ def spoil(robot: Robot, quantity: Quantity, arrays: Sequence[Array], results: Se
             is_nan += [word != _INFINITY] * (2 * len(points))
     return Spoilt(
         tuple(names),
-        tuple(_joined(inputs[array.name], array.shape, real) for array in arrays),
-        tuple(_joined(plain[array.name], array.shape, real) for array in arrays),
-        tuple(_joined(found, array.shape, "bool") for found, array in zip(depends, results, strict=True)),
+        tuple(_joined(inputs[array.name], array.shape, np.float64) for array in arrays),
+        tuple(_joined(plain[array.name], array.shape, np.float64) for array in arrays),
+        tuple(_joined(found, array.shape, np.bool_) for found, array in zip(depends, results, strict=True)),
         np.array(is_nan, bool),
         np.arange(len(names)) // len(points) % 2 == 0,
     )
 
 
-def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt) -> None:
+def _moved(
+    robot: Robot,
+    quantity: Quantity,
+    results: Sequence[Array],
+    values: Mapping[str, Numbers],
+    entries: Sequence[tuple[str, tuple[int, ...]]],
+) -> list[list[Numbers]]:
+    """For each entry and each result, which numbers move with the entry."""
+    if not entries:
+        return []
+    stacked = {
+        name: np.concatenate(
+            [value, *(_with(value, place, _MOVED, add=True) if name == other else value for other, place in entries)]
+        )
+        for name, value in values.items()
+    }
+    returned = [
+        found.reshape(len(entries) + 1, -1, *found.shape[1:]) for found in _returned(robot, quantity, results, stacked)
+    ]
+    return [[_differ(found[0], found[index + 1]) for found in returned] for index in range(len(entries))]
+
+
+def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt, real: str) -> None:
     """Refuse a kernel that loses a NaN or spreads it.
 
     Args:
@@ -117,6 +136,7 @@ def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt) -
         quantity: What the kernel computes.
         way: How it is called.
         spoilt: What it is given.
+        real: Its number type, as NumPy calls it.
 
     Raises:
         ProofError: Naming the kernel and what it was given.
@@ -124,11 +144,12 @@ def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt) -
     if not spoilt.names:
         return
     with np.errstate(all="ignore"):
-        found, plain = way.call(spoilt.inputs), way.call(spoilt.plain)
+        given, usual = (tuple(array.astype(real) for array in each) for each in (spoilt.inputs, spoilt.plain))
+        found, plain = way.call(given), way.call(usual)
     names = quantity_frames(robot, quantity)
-    for array, result, usual, depends in zip(way.kernel.results, found, plain, spoilt.depends, strict=True):
+    for array, result, before, depends in zip(way.kernel.results, found, plain, spoilt.depends, strict=True):
         frames = len(names) if array.shape[:1] == (len(names),) and len(names) > 1 else 1
-        wrong = _wrong(result, usual, depends, spoilt.is_nan, frames)
+        wrong = _wrong(result, before, depends, spoilt.is_nan, frames)
         if quantity.kind not in PLACES:
             wrong &= depends | ~spoilt.is_spoilt.reshape(-1, *[1] * (result.ndim - 1))
         if wrong.any():
@@ -192,5 +213,5 @@ def _differ(first: Numbers, second: Numbers) -> Numbers:
     return differ
 
 
-def _joined(parts: Sequence[Numbers], shape: tuple[int, ...], real: str) -> Numbers:
-    return np.concatenate(parts).astype(real) if parts else np.zeros((0, *shape), real)
+def _joined(parts: Sequence[Numbers], shape: tuple[int, ...], kind: type[np.generic]) -> Numbers:
+    return np.concatenate(parts).astype(kind) if parts else np.zeros((0, *shape), kind)

@@ -6,29 +6,31 @@ In: a package. Out: comparisons with the reference beyond the limits; a kernel t
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from types import ModuleType
 
 import numpy as np
 
 from kinegen.errors import ProofError
+from kinegen.ir.program import Program
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.beyond import LARGEST_ANGLE, beyond_limits
-from kinegen.verify.compared import Store, compare
+from kinegen.verify.compared import Judge, Store
 from kinegen.verify.comparison import Comparison
 from kinegen.verify.nonnumbers import FAR, require_spoilt, spoil
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
 
 def compare_usage(
-    robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]
+    robot: Robot, package: ModuleType, programs: Mapping[Quantity, Program], reals: tuple[str, ...]
 ) -> list[Comparison]:
     """Compare kernels where the samples of a proof do not reach.
 
     Args:
         robot: The robot.
         package: Its generated package, imported.
-        quantities: The quantities it was built for, without inverses.
+        programs: The quantities it was built for, without inverses, and their programs.
         reals: Its number types.
 
     Returns:
@@ -40,14 +42,15 @@ def compare_usage(
     comparisons = []
     for real in reals:
         _require_guard(robot, package, real)
-        comparisons += _beyond(robot, package, quantities, real)
-        for quantity in quantities:
-            if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
-                continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
-            kernel = getattr(package, quantity.function)
-            spoilt = spoil(robot, quantity, kernel.inputs, kernel.results, str(DTYPES[real]))
+        comparisons += _beyond(robot, package, programs, real)
+    for quantity in programs:
+        if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
+            continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
+        kernel = getattr(package, quantity.function)
+        spoilt = spoil(robot, quantity, kernel.inputs, kernel.results)
+        for real in reals:
             for way in _forms(package, quantity, real):
-                require_spoilt(robot, quantity, way, spoilt)
+                require_spoilt(robot, quantity, way, spoilt, str(DTYPES[real]))
     return comparisons
 
 
@@ -69,19 +72,19 @@ def _require_guard(robot: Robot, package: ModuleType, real: str) -> None:
                 raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
-def _beyond(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], real: str) -> list[Comparison]:
+def _beyond(robot: Robot, package: ModuleType, programs: Mapping[Quantity, Program], real: str) -> list[Comparison]:
     comparisons = []
-    for beyond in beyond_limits(robot, real):
+    for points in beyond_limits(robot, real):
         store = Store(robot, DTYPES[real], exact=False)
-        for quantity in quantities:
+        for quantity, program in programs.items():
             kernel = getattr(package, quantity.function)
             if kernel.inputs[0].name != "q":
                 continue
-            inputs, expectation = store.expect(quantity, kernel.inputs, beyond.points)
+            inputs, expectation = store.expect(quantity, kernel.inputs, points)
+            judge = Judge(expectation, program, real, within=False)
             for way in _forms(package, quantity, real):
                 target, row = f"{way.target}, beyond limits", f"{way.row.partition(',')[0]}, beyond limits"
-                found = way.call(inputs)
-                comparisons.append(compare(expectation, target, found, real, row=row, more=beyond.more))
+                comparisons.append(judge.compare(target, way.call(inputs), row))
     return comparisons
 
 

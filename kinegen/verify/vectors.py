@@ -12,14 +12,14 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from kinegen.emit.c.vectors import Expected, Vectors
+from kinegen.emit.c.expected import Expected, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 from kinegen.outputs import Array, Kind, Quantity, Signature
 from kinegen.reference import DIGITS
 from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
+from kinegen.robot.model import JointType, Robot
 from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
 from kinegen.verify.samples import FloatArray, input_samples, vector_samples
 from kinegen.verify.subjects import subjects
@@ -37,6 +37,8 @@ LARGE, FEW = 128, 4
 CANDIDATES, SAFE = 96, 0.3
 """Joint vectors among which those are chosen that lie at least so far from every jump (see `Subject.margin`)."""
 
+_DRIVEN = (Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
+_RATES = ("qd", "qdd")
 _NEGLIGIBLE = 1e-40
 _EXACT: Mapping[Operator, Callable[..., Fraction]] = {
     Operator.ADD: add,
@@ -54,28 +56,26 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         kernels: The robot and its programs.
 
     Returns:
-        Inputs, results and tolerances. Results are held to the robot's reach, to 1 if that is less, or to the largest
-        of those that are neither poses nor positions if that is more. A kernel whose numbers jump at every pose, by
-        what rounding leaves of a zero, has no vectors. The inverse, which gives several results for one pose, has
-        targets instead.
+        Inputs, results and tolerances. A kernel whose numbers jump at every pose, by what rounding leaves of a zero,
+        has no vectors. The inverse, which gives several results for one pose, has targets instead.
     """
     robot = kernels.robot
     programs = tuple(program for program in kernels.programs if program.quantity.kind is not Kind.INVERSE)
     points = _safe_samples(robot, programs)
     given = {array.name: array for program in programs for array in program.signature.inputs}
     given.setdefault("q", Array("q", (robot.dof,)))
-    values = {name: rounded(value) for name, value in input_samples(robot, tuple(given.values()), points).items()}
+    samples = input_samples(robot, tuple(given.values()), points)
+    values = {name: rounded(value * _speeds(robot, name)) for name, value in samples.items()}
     known = Known(robot, values, exact=True)
     safe = [program for program in programs if _is_safe(known, program)]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
     expected = {program.quantity: vector_results(known, program.signature) for program in safe}
-    extent = max(Fraction(1), Fraction(reach(robot, robot.frame_names)), *_largest(expected))
     return Vectors(
         inputs=inputs,
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
-        tolerances={real: Fraction(accepted_error(robot, real)) * extent for real in Real},
+        tolerances={real: Fraction(accepted_error(robot, real)) for real in Real},
         targets=_targets(robot) if kernels.numeric_inverse or len(programs) < len(kernels.programs) else (),
     )
 
@@ -83,6 +83,13 @@ def compute_vectors(kernels: Kernels) -> Vectors:
 def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
     with mpmath.workdps(DIGITS):
         return tuple(zip(*map(_rows, inverse_targets(robot)), strict=True))
+
+
+def _speeds(robot: Robot, name: str) -> FloatArray:
+    """What rates in -1 to 1 are multiplied with: joints that slide go their reach, lest nobody notice them in mm."""
+    if name not in _RATES:
+        return np.ones(1)
+    return np.array([reach(robot) if each.type is JointType.PRISMATIC else 1.0 for each in robot.variables])
 
 
 def rounded(values: FloatArray) -> FloatArray:
@@ -108,8 +115,21 @@ def vector_results(known: Known, signature: Signature) -> tuple[Expected, ...]:
         for subject, array in zip(subjects(signature.quantity), signature.results, strict=True):
             blocks = [_flat(_upper(array, subject.returned(known, frame))) for frame in frames]
             count = known.count if is_place or array.size <= LARGE else min(FEW, known.count)
-            expected.append(Expected(_rows(np.concatenate(blocks, axis=1)[:count]), subject.turns))
+            rows = _rows(np.concatenate(blocks, axis=1)[:count])
+            expected.append(Expected(rows, subject.turns, _scales(known.robot, signature.quantity.kind, rows)))
     return tuple(expected)
+
+
+def _scales(robot: Robot, kind: Kind, rows: tuple[Row, ...]) -> Row:
+    """What the errors of entries are relative to.
+
+    Each entry is measured by its own largest number, or by 1 if that is more. Lengths and angles are not told apart
+    where actuators are involved, so all entries there are measured by the largest number of any, and by the reach.
+    """
+    largest = tuple(max(Fraction(1), *map(abs, column)) for column in zip(*rows, strict=True))
+    if kind not in _DRIVEN:
+        return largest
+    return (max(Fraction(reach(robot, robot.frame_names)), *largest),) * len(largest)
 
 
 def _safe_samples(robot: Robot, programs: tuple[Program, ...]) -> FloatArray:
@@ -151,13 +171,6 @@ def _margins(known: Known, quantity: Quantity) -> Numbers:
     ]
     smallest: Numbers = np.min(margins, axis=0)
     return smallest
-
-
-def _largest(expected: Mapping[Quantity, tuple[Expected, ...]]) -> Iterator[Fraction]:
-    """The largest number of each kernel that does not say where frames are."""
-    for quantity, results in expected.items():
-        if quantity.kind not in PLACES:
-            yield max((abs(entry) for result in results for row in result.rows for entry in row), default=Fraction(0))
 
 
 def _upper(array: Array, values: Numbers) -> Numbers:

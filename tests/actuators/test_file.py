@@ -136,10 +136,7 @@ def test_the_table_keeps_its_own_language() -> None:
         (
             "form: linear_actuator, actuator: m, sides: [0.3, 0.5]",
             "{dimension: length, limits: [0.19999999, 0.7]}",
-            (
-                "the actuator is 0.2000 long, 1e-8 beyond its triangle: sides of 0.3 and 0.5 close a triangle only "
-                "from 0.2"
-            ),
+            "the actuator is 0.2000 long, 1e-8 beyond its triangle: sides of 0.3 and 0.5 close a triangle only",
         ),
         (
             "form: four_bar, actuator: m, ground: 1.00000001, crank: 0.5, coupler: 0.3, rocker: 0.2",

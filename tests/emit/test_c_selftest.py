@@ -48,7 +48,9 @@ def test_the_self_test_passes(name: str, real: Real, folder: Path, tmp_path: Pat
     done = selftest(folder, name, real, kernel)
 
     assert done.returncode == 0, done.stdout
-    assert re.match(rf"{prefix(name, real)}: \d+ vectors, largest difference \S+, accepted \S+: passed\n", done.stdout)
+    assert re.match(
+        rf"{prefix(name, real)}: \d+ vectors, largest difference \S+ of the accepted one: passed", done.stdout
+    )
     assert done.stderr == ""
 
 
@@ -82,7 +84,7 @@ def test_a_result_that_is_not_a_number_fails(real: Real, folder_of: Callable[[st
     done = selftest(folder, "ur5", real, kernel)
 
     assert done.returncode == 1
-    assert "largest difference -1," in done.stdout
+    assert "largest difference -1 of" in done.stdout
 
 
 def test_a_board_can_put_its_own_pair_in(real: Real, folder_of: Callable[[str], Path], tmp_path: Path) -> None:
@@ -97,7 +99,7 @@ def test_a_board_can_put_its_own_pair_in(real: Real, folder_of: Callable[[str], 
     run([*plain, "-include", header])
 
     assert done.returncode == 0, done.stdout
-    assert "sine and cosine at" in done.stdout
+    assert re.search("sine and cosine at .*: passed", done.stdout)
     assert f"{stem}_sincos" not in run(["nm", tmp_path / "kernel.o"])
 
 
@@ -112,10 +114,12 @@ def test_the_self_test_of_the_pair_sees_its_error(real: Real, folder_of: Callabl
         OWN_PAIR.format(macro=sincos_macro("puma560", real), f="").replace("sin(", "1e-6 + sin("), encoding="utf-8"
     )
     bad = selftest(folder, "puma560", real, kernel, "-include", str(worse), "-Wno-conversion")
-    errors = [float(re.search(r"largest error (\S+)", done.stdout).group(1)) for done in (good, bad)]  # type: ignore[union-attr]
+    errors = [float(re.search(r"largest error (\S+),", done.stdout).group(1)) for done in (good, bad)]  # type: ignore[union-attr]
 
     assert errors[0] < (6e-8 if real is Real.FLOAT else 1.2e-16)
     assert errors[1] == pytest.approx(1e-6, rel=0.1)
+    assert re.search("sine and cosine at .*: FAILED", bad.stdout)
+    assert (good.returncode, bad.returncode) == (0, 1)
 
 
 def test_the_vectors_hold_zero_the_ends_of_the_joints_and_random_points() -> None:

@@ -122,7 +122,8 @@ def test_the_proof_counts_what_it_tried(ur5: ModuleType, monkeypatch: pytest.Mon
 
     assert trial.position_error < 1e-9
     assert trial.rotation_error < 1e-9
-    assert [name for name, _, _ in trial.special] == ["singular and extreme", "stretched or folded", "aligned"]
+    names = ["singular and extreme", "stretched or folded", "aligned", "at a limit"]
+    assert [name for name, _, _ in trial.special] == names
     assert all(solved == tried for _, tried, solved in trial.special)
     assert proof.counts_line(trial).startswith("inverse: 3,000 random targets")
 

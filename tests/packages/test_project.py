@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import jinja2.meta
 import pytest
+import yaml
 
 from kinegen.emit.environment import environment, template_folder
 from kinegen.emit.packages.ecosystem import Ecosystem
@@ -90,6 +91,22 @@ def test_what_a_description_holds_stays_text() -> None:
     assert f"sentence=Forward kinematics: {shown}.\n" in files[Ecosystem.ARDUINO]["library.properties"]
     assert "<b>" not in files[Ecosystem.CMAKE]["README.md"].replace("\\<b\\>", "")
     assert "TARGET:x" not in files[Ecosystem.CMAKE]["CMakeLists.txt"]
+
+
+def test_a_description_beyond_the_first_plane_stays_text() -> None:
+    awkward = "\N{ROBOT FACE} Łódź"
+    arm = kernels("blocks")
+    arm = replace(arm, robot=replace(arm.robot, description=awkward))
+    made = [
+        emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), each)
+        for each in (Ecosystem.ESP_IDF, Ecosystem.PLATFORMIO)
+    ]
+
+    assert (
+        yaml.safe_load(made[0]["idf_component.yml"])["description"].encode()
+        == f"Forward kinematics: {awkward}.".encode()
+    )
+    assert json.loads(made[1]["library.json"])["description"] == f"Forward kinematics: {awkward}."
 
 
 @pytest.mark.parametrize("length", [0, 230, 500])

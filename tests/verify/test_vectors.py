@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from kinegen.build import lower_file
+from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import Vectors, emit_vectors
+from kinegen.emit.c.vectors import emit_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.native.compiler import find_compiler

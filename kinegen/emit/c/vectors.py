@@ -6,11 +6,13 @@ The expected values come from the caller, computed with 50 digits; here they are
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from kinegen.emit.c.accepted import accepted_differences, accepted_pair_error
 from kinegen.emit.c.arguments import computed, declared, given
+from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import branches_of
@@ -20,48 +22,13 @@ from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.words import input_text
 from kinegen.ir.program import Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import Kind
 from kinegen.robot.extent import reach
-
-Row = tuple[Fraction, ...]
 
 INVERSE_TOLERANCES = {Real.DOUBLE: Fraction(1, 10**10), Real.FLOAT: Fraction(1, 10**4)}
 """How near a solution must be to the joint vector of its target: radians, and lengths relative to the reach."""
 
 _PI = Fraction(math.pi)
-
-
-@dataclass(frozen=True, slots=True)
-class Expected:
-    """What one result of a kernel must be.
-
-    Attributes:
-        rows: For each set of inputs, or for the first of them, the entries of the output array in order, without the
-            constant last row of a matrix.
-        turns: Whether they are angles, of which whole turns do not matter.
-    """
-
-    rows: tuple[tuple[Fraction, ...], ...]
-    turns: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Vectors:
-    """Inputs and what the kernels must return for them.
-
-    Attributes:
-        inputs: Rows of each input by name, joint vectors `q` among them; entries that floats hold exactly.
-        expected: For each quantity its results in order.
-        pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
-        tolerances: Largest accepted difference of an entry, in its own unit, for each number type.
-        targets: Poses that an inverse has to solve, each with the joint vector that it comes from; none without one.
-    """
-
-    inputs: Mapping[str, tuple[tuple[Fraction, ...], ...]]
-    expected: Mapping[Quantity, tuple[Expected, ...]]
-    pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
-    tolerances: Mapping[Real, Fraction]
-    targets: tuple[tuple[Row, Row], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +57,9 @@ class VectorResult:
     first: str
     value: str
     wanted: str
+    accepted: str
+    accepted_array: str
+    limits: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +86,7 @@ class InverseCheck:
     poses: tuple[str, ...]
     joints: tuple[str, ...]
     turns: str
+    extents: str
     call: str
 
 
@@ -132,7 +103,6 @@ class VectorContext:
     robot: str
     prefix: str
     real: str
-    length: str
     count_macro: str
     count: int
     inputs: tuple[VectorInput, ...]
@@ -144,7 +114,7 @@ class VectorContext:
     pairs_macro: str
     sincos: Sincos
     sincos_macro: str
-    tolerance: str
+    pair_tolerance: str
     zero: str
     one: str
 
@@ -179,7 +149,6 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         robot=robot.name,
         prefix=stem,
         real=real.value,
-        length=robot.units.length,
         count_macro=f"{stem.upper()}_VECTORS",
         count=len(vectors.inputs["q"]) if checked else 0,
         inputs=tuple(_inputs(kernels, checked, vectors, real)),
@@ -192,7 +161,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         pairs_macro=f"{stem.upper()}_PAIRS",
         sincos=SINCOS[real],
         sincos_macro=sincos_macro(robot.name, real),
-        tolerance=real.literal(vectors.tolerances[real]),
+        pair_tolerance=real.literal(accepted_pair_error(real)),
         zero=real.literal(Fraction(0)),
         one=real.literal(Fraction(1)),
     )
@@ -220,19 +189,19 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         return None
     robot = kernels.robot
     stem, name = prefix(robot.name, real), function(robot.name, Kind.INVERSE, real)
-    shifts = any(math.isinf(turn) for turn in branches.turns)
-    extent = max(Fraction(1), Fraction(reach(robot))) if shifts else Fraction(1)
+    extents = [Fraction(reach(robot) if math.isinf(turn) else 1) for turn in branches.turns]
     return InverseCheck(
         function=name,
         count_macro=macro(stem, "TARGETS"),
         count=len(vectors.targets),
         tolerance_macro=macro(stem, "INVERSE_TOLERANCE"),
-        tolerance=real.literal(INVERSE_TOLERANCES[real] * extent),
+        tolerance=real.literal(INVERSE_TOLERANCES[real]),
         dof=macro(robot.name, "DOF"),
         branches=macro(robot.name, "BRANCHES"),
         poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
+        extents=_row(extents, real),
         call=f"{name}({', '.join([f'{name}_targets[target]', *_parameters(kernels, real), 'solutions', 'valid'])})",
     )
 
@@ -246,7 +215,7 @@ def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> 
     return VectorCheck(
         function=name,
         count=min(len(result.rows) for result in expected),
-        results=tuple(_results(kernels, program, expected, real)),
+        results=tuple(_results(kernels, program, vectors, real)),
         call=f"{name}({', '.join(arguments)})",
     )
 
@@ -256,10 +225,11 @@ def _parameters(kernels: Kernels, real: Real) -> list[str]:
     return [f"&{prefix(kernels.robot.name, real)}_default_params"] if kernels.robot.runtime_parameters else []
 
 
-def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...], real: Real) -> Iterator[VectorResult]:
+def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> Iterator[VectorResult]:
     name = function(kernels.robot.name, program.quantity.function, real)
     arrays = program.signature.results
-    for array, result in zip(arrays, expected, strict=True):
+    accepted = iter(accepted_differences(kernels, program, vectors, real))
+    for array, result in zip(arrays, vectors.expected[program.quantity], strict=True):
         if not array.size:
             continue
         ending = f"_{array.name}" if len(arrays) > 1 else ""
@@ -268,7 +238,8 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
         without = "; the last rows 0 0 0 1 are left out" if array.is_pose else ""
         whole = entries == array.stored
         place = f"found{ending}[entry]" if whole else f"found{ending}[(frame * {array.stored}) + entry]"
-        wanted = f"{name}_expected{ending}[vector][{'entry' if whole else f'(frame * {entries}) + entry'}]"
+        entry = "entry" if whole else f"(frame * {entries}) + entry"
+        wanted = f"{name}_expected{ending}[vector][{entry}]"
         yield VectorResult(
             array=f"{name}_expected{ending}",
             found=f"found{ending}",
@@ -282,6 +253,9 @@ def _results(kernels: Kernels, program: Program, expected: tuple[Expected, ...],
             first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
             value=f"turned({place}, {wanted}, {real.literal(2 * _PI)})" if result.turns else place,
             wanted=wanted,
+            accepted=f"{name}_accepted{ending}[{entry}]",
+            accepted_array=f"{name}_accepted{ending}",
+            limits=_row(next(accepted), real),
         )
 
 

@@ -134,4 +134,4 @@ def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) ->
 
 def _row(entries: Sequence[int]) -> str:
     # The literal 2147483648 does not fit an int32_t, and its negation is no literal.
-    return "{" + ", ".join(f"{entry}" if entry > -(2**31) else "-2147483647 - 1" for entry in entries) + "}"
+    return "{" + ", ".join(f"{entry}" if entry > -(2**31) else "(-2147483647 - 1)" for entry in entries) + "}"

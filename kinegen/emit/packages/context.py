@@ -7,9 +7,9 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
+from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
-from kinegen.emit.c.vectors import Vectors
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.packages.example import Example, example_of
@@ -31,6 +31,7 @@ class Selftest:
         vectors: Its header, without folder.
         program: Name of the program that runs it.
         checks: C functions that return the largest difference, each with the macro of the largest accepted one.
+        inverse: Whether an inverse is among what they check.
         real: Number type.
         zero: Zero in that type.
     """
@@ -39,6 +40,7 @@ class Selftest:
     vectors: str
     program: str
     checks: tuple[tuple[str, str], ...]
+    inverse: bool
     real: str
     zero: str
 
@@ -112,7 +114,7 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         sentence=sentence,
         markdown=_markdown_text(sentence),
         json_name=json.dumps(robot.name),
-        json_sentence=json.dumps(sentence),
+        json_sentence=json.dumps(sentence, ensure_ascii=False),  # YAML knows no pairs of surrogates
         length=robot.units.length,
         joints=joint_lines(robot),
         subject=about,
@@ -121,7 +123,7 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         headers=(*(each.header for each in contexts), *(each.header for each in searches)),
         sources=(*(each.source for each in contexts), *(each.source for each in searches)),
         manuals=(*(_manual(kernels, context) for context in contexts), *map(_search_manual, searches)),
-        selftests=tuple(_selftest(kernels, real) for real in reals),
+        selftests=tuple(_selftest(kernels, vectors, real) for real in reals),
         example=example_of(kernels, vectors, contexts[0].header, reals[0]),
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
@@ -154,17 +156,20 @@ def _markdown_text(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|])", r"\\\1", text)
 
 
-def _selftest(kernels: Kernels, real: Real) -> Selftest:
+def _selftest(kernels: Kernels, vectors: Vectors, real: Real) -> Selftest:
     robot = kernels.robot
     stem = prefix(robot.name, real)
     checks = [(f"{stem}_selftest", macro(stem, "TOLERANCE"))]
     if branches_of(kernels):
         checks.append((f"{stem}_selftest_inverse", macro(stem, "INVERSE_TOLERANCE")))
+    if vectors.pairs:
+        checks.append((f"{stem}_selftest_sincos", macro(stem, "PAIR_TOLERANCE")))
     return Selftest(
         source=selftest_file(robot.name, real),
         vectors=vectors_file(robot.name, real),
         program=f"{stem}_selftest",
         checks=tuple(checks),
+        inverse=branches_of(kernels) is not None,
         real=real.value,
         zero=real.literal(Fraction(0)),
     )

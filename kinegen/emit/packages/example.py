@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.arguments import computed, declared, given
+from kinegen.emit.c.expected import Row, Vectors
 from kinegen.emit.c.numeric_inverse import solver_context
-from kinegen.emit.c.vectors import Row, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from kinegen.emit.c.vectors import Vectors
+from kinegen.emit.c.expected import Vectors
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.packages.context import project_context

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._engines import real_array
+
 
 class ReadingCheck:
     """Refuses readings that no actuator can have, so that a kernel is not asked for what comes out as NaN.
@@ -39,9 +41,7 @@ class ReadingCheck:
                 shape is another.
             TypeError: If they are no real numbers.
         """
-        array = np.asarray(actuators)
-        if array.dtype.kind not in "fiub":
-            raise TypeError(f"actuators is of type {array.dtype}, expected plain real numbers")
+        array = real_array("check_actuators", "actuators", actuators)
         if array.shape[-1:] != (len(self._names),):
             raise ValueError(f"actuators has shape {array.shape}, expected (..., {len(self._names)})")
         # A bound in single precision is no tighter for readings in single precision.

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.floating[Any]]
 
@@ -40,6 +40,29 @@ class Array(NamedTuple):
         if layout == "joint_major":
             return (self.size,)
         return (*self.shape[:-2], 3, 4) if layout == "3x4" and self.is_pose else self.shape
+
+
+def real_array(name: str, label: str, values: ArrayLike) -> NDArray[Any]:
+    """What a kernel is given, as an array of plain real numbers.
+
+    Args:
+        name: Who asks, for the message.
+        label: What it is called there.
+        values: Numbers in any form that NumPy takes.
+
+    Raises:
+        TypeError: If they are other things than real numbers, or masked.
+        ValueError: If they are lists of different lengths.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: {label} holds lists of different lengths, expected an array of numbers") from None
+    if isinstance(values, np.ma.MaskedArray):
+        raise TypeError(f"{name}: {label} is a masked array, expected plain real numbers")
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name}: {label} has entries of type {array.dtype}, expected plain real numbers")
+    return array
 
 
 class Compiled:

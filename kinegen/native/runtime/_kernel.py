@@ -17,7 +17,7 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Array, Compiled, Floats, Formula
+from ._engines import Array, Compiled, Floats, Formula, real_array
 from ._quick import quick_class, quicken
 from ._threads import spread, workers_for
 
@@ -143,7 +143,8 @@ class Kernel(Generic[Result]):
             layout: As for a call.
 
         Returns:
-            A function without arguments; for one contiguous configuration it is the C function itself.
+            A function without arguments; for one contiguous configuration it is the C function itself, which looks
+            at the memory alone: that an array is made read-only later does not stop it.
         """
         if len(arrays) != len(self.inputs) + len(self.results):
             names = ", ".join(array.name for array in (*self.inputs, *self.results))
@@ -232,10 +233,7 @@ class Kernel(Generic[Result]):
         return checked_params(self.__name__, params, self._params)
 
     def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
-        array = np.asarray(values)
-        if array.dtype.kind not in "fiub" or isinstance(values, np.ma.MaskedArray):
-            found = f"{type(values).__name__} of {array.dtype}"
-            raise TypeError(f"{self.__name__}: {given.name} is a {found}, expected plain real numbers")
+        array = real_array(self.__name__, given.name, values)
         inner = given.laid_out(layout)
         if layout == "joint_major":
             if array.ndim != 2 or array.shape[:1] != inner:
@@ -292,6 +290,8 @@ class Kernel(Generic[Result]):
                 raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
             if not out.flags.writeable:
                 raise ValueError(f"{self.__name__}: {label} is read-only")
+            if _overlaps_itself(out):
+                raise ValueError(f"{self.__name__}: {label} overlaps itself: several entries share memory")
             others = [
                 *zip((given.name for given in self.inputs), inputs),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
@@ -302,7 +302,9 @@ class Kernel(Generic[Result]):
 def checked_params(name: str, params: Any, usual: Any) -> Any:
     """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
     if params is not None and type(params) is not type(usual):
-        expected = "none" if usual is None else type(usual).__qualname__
+        if usual is None:
+            raise TypeError(f"{name}: params is given, but the robot has no runtime parameters")
+        expected = type(usual).__qualname__
         raise TypeError(f"{name}: params is of type {type(params).__qualname__}, expected {expected}")
     return usual if params is None else params
 
@@ -312,6 +314,16 @@ def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple
     for other, array in others:
         if _overlap(array, out):
             raise ValueError(f"{name}: {label} shares memory with {other}")
+
+
+def _overlaps_itself(array: NDArray[Any]) -> bool:
+    """Whether entries of an array may lie over each other; never so for a part or another order of a whole array."""
+    end = array.itemsize
+    for stride, size in sorted((abs(stride), size) for stride, size in zip(array.strides, array.shape) if size > 1):
+        if stride < end:
+            return array.size > 0
+        end = stride * (size - 1) + end
+    return False
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:

@@ -49,10 +49,10 @@ class Search:
         self._weights = np.array([3 / reach] * 3 + [1.0] * 3)
         count = len(targets)
         self.q = np.zeros((count, len(joints)))
-        self.errors, self.solved = np.full((count, 2), np.inf), np.zeros(count, bool)
+        self.errors, self.solved = np.full((count, 2), 1e30), np.zeros(count, bool)
         self._least = np.full(count, np.inf)
         self.iterations = np.zeros(count, np.int32)
-        self._left = np.full(count, effort.budget or np.inf)
+        self._left = np.where(_are_poses(targets), effort.budget or np.inf, 0)
 
     def run(self, starts: Floats, random: np.random.Generator) -> None:
         """Descend from the starts, and then from random joint vectors where that was not enough."""
@@ -132,3 +132,14 @@ class Search:
         turned = np.where(self._angles & (np.abs(moved) > np.pi), moved - np.copysign(2 * np.pi, moved), moved)
         result: Floats = np.where(self._limited, np.clip(moved, low, high), turned)
         return result
+
+
+def _are_poses(targets: Floats) -> NDArray[np.bool_]:
+    """Which matrices are finite, with orthonormal and right-handed columns of the rotation, as the C files see it."""
+    with np.errstate(all="ignore"):
+        x, y, z, place = (targets[:, :3, column].astype(float) for column in range(4))
+        off = np.stack([(x * x).sum(axis=1) - 1, (y * y).sum(axis=1) - 1, (x * y).sum(axis=1)], axis=1)
+        square = (off**2).sum(axis=1) + ((z - np.cross(x, y)) ** 2).sum(axis=1)
+        rigid = 3e-4 if targets.dtype == np.float32 else 3e-6
+        found: NDArray[np.bool_] = (square < rigid**2) & ((place**2).sum(axis=1) < 1e15)
+    return found

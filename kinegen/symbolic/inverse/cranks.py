@@ -163,15 +163,13 @@ def _of_length_one(steps: Steps, vector: Planar, square: sp.Expr, lengths: Plana
     """What makes a vector, which should have the square of its length, one over its length when multiplied by it.
 
     Where the arm is folded and its links are nearly equal, little is left of the length: a target that is off by its
-    rounding changes it a lot, and so does a squared sine that is taken for zero. One step of Newton's gets over that.
+    rounding changes it a lot, and so does a squared sine that is taken for zero. There the length itself is asked.
     """
-    inverse = steps.name(1 / square)
     if all(length.is_number for length in lengths):
         total, apart = (abs(abs(lengths[0]) + sign * abs(lengths[1])) for sign in (1, -1))
         if apart == 0 or apart * _SLENDER > total:
-            return inverse
-    half = steps.name(steps.name(steps.square(vector) * inverse) / 2)
-    return steps.name(inverse * steps.name(sp.Rational(3, 2) - half))
+            return steps.name(1 / square)
+    return steps.name(1 / steps.root(square * steps.square(vector)))
 
 
 def _is_negative(steps: Steps, length: sp.Expr) -> bool:

@@ -1,0 +1,75 @@
+"""How far each entry of a result may be from its test vector: what is proven of it, or what its kind allows.
+
+A length of a robot in millimetres is a large number and an entry of a rotation is not, so every entry is measured by
+its own error. Where a bound is proven, the difference of a right kernel cannot exceed it.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from kinegen.emit.accuracy import NUMBER_TYPES
+from kinegen.emit.c.expected import Expected, Row, Vectors
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS
+from kinegen.ir.bounds import Ranges, bound, has_rules
+from kinegen.ir.program import Program
+
+SLACK = 2
+"""Accepted are so many times the proven errors: a board's own sine and cosine may be a little worse than ours."""
+
+
+def accepted_differences(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> tuple[Row, ...]:
+    """The largest accepted difference of each entry.
+
+    Args:
+        kernels: The robot and the values of its parameters.
+        program: The program of a kernel.
+        vectors: The test vectors, which the bounds are proven for.
+        real: The number type.
+
+    Returns:
+        For each result with numbers a row, in the units of its entries; none is zero.
+    """
+    expected = [each for each in vectors.expected[program.quantity] if each.rows[0]]
+    proven = _proven(kernels, program, vectors, real)
+    if not all(map(math.isfinite, proven)):
+        return tuple(tuple(vectors.tolerances[real] * scale for scale in each.scales) for each in expected)
+    rows, start = [], 0
+    for each in expected:
+        size = len(each.rows[0])
+        errors = proven[start : start + size]
+        rows.append(tuple(SLACK * Fraction(e) + r for e, r in zip(errors, _roundings(each, real), strict=True)))
+        start += size
+    return tuple(rows)
+
+
+def accepted_pair_error(real: Real) -> Fraction:
+    """The largest accepted error of a sine or cosine."""
+    return SLACK * Fraction(SINCOS[real].absolute_error)
+
+
+def _proven(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> tuple[float, ...]:
+    """The proven errors for the box of all test vectors; infinite where there are no rules."""
+    if not has_rules(program):
+        return (math.inf,)
+    columns = [
+        column
+        for array in program.signature.inputs
+        for column in zip(*(row[: array.size] for row in vectors.inputs[array.name]), strict=True)
+    ]
+    names = (parameter.name for parameter in kernels.robot.runtime_parameters)
+    defaults = dict(zip(names, kernels.defaults, strict=True))
+    ranges = Ranges(
+        joints=tuple((min(column), max(column)) for column in columns),
+        parameters=tuple(defaults[name] for name in program.parameters),
+    )
+    return bound(program, ranges, NUMBER_TYPES[real]).entries
+
+
+def _roundings(expected: Expected, real: Real) -> Row:
+    """What rounding the expected entries costs; at least what it costs for a small number, so that none is zero."""
+    unit = Fraction(1, 2 ** NUMBER_TYPES[real].precision)
+    return tuple(unit * max(Fraction(1, 2**10), *map(abs, column)) for column in zip(*expected.rows, strict=True))
