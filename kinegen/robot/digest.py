@@ -11,7 +11,7 @@ from fractions import Fraction
 from kinegen.robot.actuators import NO_ACTUATORS
 from kinegen.robot.model import Robot
 
-_LEFT_OUT = frozenset({"line", "source", "digest", "made_of", "chosen"})
+_LEFT_OUT = frozenset({"line", "source", "digest", "made_of", "chosen", "version"})
 _LENGTH = 16
 
 

@@ -14,6 +14,9 @@ MAX_FRAMES = 200
 MAX_STEPS = 64
 MAX_DESCRIPTION = 500
 
+VERSION_PATTERN = r"^(0|[1-9][0-9]{0,5})(\.(0|[1-9][0-9]{0,5})){2}$"
+"""Three numbers, which CMake and every registry take."""
+
 LENGTH_UNITS = ("m", "cm", "mm", "in")
 ANGLE_UNITS = ("deg", "rad")
 BOOLEANS = ("true", "false")
@@ -25,6 +28,7 @@ TOP = {
     "kinegen": "Version of this format; always 1.",
     "name": "Name of the robot: a C identifier that prefixes everything public.",
     "description": "One line about the robot; it is repeated in headers and docstrings.",
+    "version": "Version of the robot for packages, as 1.2.0; without it they get one made of the model's digest.",
     "convention": "How a row of the table becomes a transform; never guessed.",
     "units": "Length and angle units of this file; never guessed.",
     "parameters": "Named constants that the entries below may use.",

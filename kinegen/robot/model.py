@@ -213,6 +213,7 @@ class Robot:
         source: Base name of the file.
         digest: Hash of the content that decides the output, as hexadecimal text.
         actuators: What drives the joints; empty where the file says nothing of it.
+        version: As the file says, three numbers with dots; empty where it says nothing.
     """
 
     name: str
@@ -228,6 +229,15 @@ class Robot:
     source: str
     digest: str
     actuators: Actuators = NO_ACTUATORS
+    version: str = ""
+
+    @property
+    def release(self) -> str:
+        """The version that packages get: that of the file, or one made of the digest, which differs between robots.
+
+        Its minor number is from the digest, because a new minor number below 1.0 is an incompatible change.
+        """
+        return self.version or f"0.{int(self.digest[:6], 16)}.0"
 
     @property
     def dof(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from kinegen.robot import keys
@@ -22,6 +23,7 @@ class RawRobot:
 
     name: str
     description: str
+    version: str
     convention: Convention
     units: Units
     parameters: tuple[RawParameter, ...]
@@ -58,6 +60,7 @@ def read_robot(root: Mapping) -> RawRobot:
     return RawRobot(
         name=name,
         description=description,
+        version=_version(fields.get("version")),
         convention=convention,
         units=units,
         parameters=read_parameters(fields.get("parameters"), {row.name: row.line for row in rows}),
@@ -87,6 +90,16 @@ def _description(node: Node | None) -> str:
             fail(f"character {bad!r} cannot be printed")
         if len(text) > keys.MAX_DESCRIPTION:
             fail(f"it has {len(text)} characters (at most {keys.MAX_DESCRIPTION})")
+    return text
+
+
+def _version(node: Node | None) -> str:
+    if node is None:
+        return ""
+    with within("version", node.line):
+        text = word(node, "three numbers, as 1.2.0")
+        if re.match(keys.VERSION_PATTERN, text) is None:
+            fail(f"{quote(text)} is not three numbers, as 1.2.0")
     return text
 
 

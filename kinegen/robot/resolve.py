@@ -55,4 +55,5 @@ def resolve(raw: RawRobot, source: str) -> Robot:
         source=source,
         digest="",
         actuators=resolve_actuators(actuators, converter),
+        version=raw.version,
     )

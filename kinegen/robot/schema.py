@@ -48,6 +48,7 @@ def _top_values() -> Mapping[str, Schema]:
         "kinegen": {"const": int(keys.VERSION)},
         "name": _ref("name"),
         "description": {"type": "string", "minLength": 1, "maxLength": keys.MAX_DESCRIPTION},
+        "version": {"type": "string", "pattern": keys.VERSION_PATTERN},
         "convention": _one_of(keys.TABLE_CONVENTIONS),
         "units": _units(),
         "parameters": _named("parameter", keys.MAX_PARAMETERS),

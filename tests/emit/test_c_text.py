@@ -157,7 +157,7 @@ def test_double_kernels_do_not_know_float(name: str) -> None:
 def fractions(text: str) -> list[str]:
     """The numbers with a point or an exponent, with their suffixes."""
     numbers = re.findall(r"(?<![\w.])\d[\w.]*(?:(?<=e)[+-]\w+)?", text)
-    return [number for number in numbers if "." in number or "e" in number]
+    return [number for number in numbers if not number.startswith("0x") and ("." in number or "e" in number)]
 
 
 def test_nothing_of_this_machine_day_or_user_gets_into_a_file(name: str) -> None:

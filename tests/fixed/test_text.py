@@ -23,8 +23,8 @@ ROOT = ROBOTS.parent
 
 
 def code(text: str) -> str:
-    """C without its comments."""
-    return re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    """C without its comments and the digest of the model."""
+    return re.sub(r"/\*.*?\*/|\b0x[0-9a-f]{16}U\b", "", text, flags=re.DOTALL)
 
 
 def body(text: str, name: str) -> str:

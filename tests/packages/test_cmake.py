@@ -45,7 +45,7 @@ TAKEN = {
     "FetchContent": "include(FetchContent)\n"
     "FetchContent_Declare(puma560 SOURCE_DIR ${CMAKE_SOURCE_DIR}/external/puma560)\n"
     "FetchContent_MakeAvailable(puma560)\n",
-    "find_package": "find_package(puma560 0.1 REQUIRED)\n",
+    "find_package": f"find_package(puma560 {kernels('puma560').robot.release} REQUIRED)\n",
 }
 
 
@@ -137,13 +137,14 @@ def test_another_project_finds_it_once_installed(installed: Path, tmp_path: Path
 
 
 def test_another_minor_version_is_not_taken_for_it(installed: Path, tmp_path: Path) -> None:
-    folder = user(tmp_path, TAKEN["find_package"].replace("0.1", "0.2"))
+    release = kernels("puma560").robot.release
+    folder = user(tmp_path, TAKEN["find_package"].replace(release, "0.2"))
 
     command: list[str | Path] = ["cmake", "-S", folder, "-B", tmp_path / "products", f"-DCMAKE_PREFIX_PATH={installed}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
 
     assert done.returncode != 0
-    assert "version: 0.1.0" in done.stderr
+    assert f"version: {release}" in done.stderr
 
 
 def test_it_builds_for_a_cortex_m4f_and_needs_nothing(tmp_path: Path) -> None:

@@ -34,6 +34,7 @@ from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
+from kinegen.emit.table import command_line, table_lines, table_title
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
@@ -85,11 +86,15 @@ class KernelContext:
     title: str
     description: str
     prefix: str
+    model: tuple[str, str]
     real: str
     length: str
     frames: tuple[str, ...]
     macros: tuple[tuple[str, str], ...]
     joints: tuple[str, ...]
+    table_title: str
+    table: tuple[str, ...]
+    command: tuple[str, ...]
     actuators: tuple[str, ...]
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
@@ -139,11 +144,15 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         title=f"{about} of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
         description=comment_text(robot.description),
         prefix=prefix(robot.name, real),
+        model=model_macro(robot),
         real=real.value,
         length=robot.units.length,
         frames=tuple(textwrap.wrap(frames_text(robot.is_tree), LINE)),
         macros=macros(kernels),
         joints=joint_lines(robot),
+        table_title=table_title(robot),
+        table=table_lines(robot),
+        command=tuple(textwrap.wrap(command_line(kernels), LINE - 4, break_long_words=False, break_on_hyphens=False)),
         actuators=actuator_lines(kernels),
         parameters=parameter_lines(robot),
         parameter_names=names,
@@ -169,6 +178,11 @@ def limit_names(robot: Robot, real: Real) -> tuple[str, str]:
     return macro(stem, "LIMITS_LOW"), macro(stem, "LIMITS_HIGH")
 
 
+def model_macro(robot: Robot) -> tuple[str, str]:
+    """The macro by which sources recognise headers of the same robot, and its value."""
+    return macro(robot.name, "MODEL"), f"0x{robot.digest}U"
+
+
 def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
     """The macros of a robot's headers: sizes, and the index of each frame, tip or column of parameters."""
     robot = kernels.robot
@@ -191,7 +205,7 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
     if varied:
         found.append((macro(robot.name, "PARAMETERS"), f"{len(varied)}"))
         found += [(macro(robot.name, f"PARAMETER_{name}"), f"{index}") for index, name in enumerate(varied)]
-    return tuple((name, f"{value}") for name, value in found)
+    return (*((name, f"{value}") for name, value in found), model_macro(robot))
 
 
 def _promises(kernels: Kernels, real: Real) -> list[str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.arguments import wrapped_prototype
+from kinegen.emit.c.kernel import model_macro
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import LINE, ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
@@ -49,6 +50,7 @@ class SolverContext:
     title: str
     description: str
     prefix: str
+    model: tuple[str, str]
     real: str
     format: str
     length: str
@@ -124,6 +126,7 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         title=f"Numeric inverse kinematics of {robot.name}, {'double' if real is Real.DOUBLE else 'single'} precision",
         description=comment_text(robot.description),
         prefix=stem,
+        model=model_macro(robot),
         real=real.value,
         format="f64" if real is Real.DOUBLE else "f32",
         length=robot.units.length,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kinegen.emit.c.arguments import block_names, declared, result_places
-from kinegen.emit.c.kernel import macros
+from kinegen.emit.c.kernel import macros, model_macro
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
@@ -75,6 +75,7 @@ class FixedContext:
     title: str
     description: str
     prefix: str
+    model: tuple[str, str]
     length: str
     dof: int
     macros: tuple[tuple[str, str], ...]
@@ -128,6 +129,7 @@ def fixed_context(fixed: FixedKernels) -> FixedContext:
         title=f"Forward kinematics of {robot.name} in integers",
         description=comment_text(robot.description),
         prefix=stem,
+        model=model_macro(robot),
         length=robot.units.length,
         dof=robot.dof,
         macros=tuple(_macros(fixed, has_strokes, has_lengths)),

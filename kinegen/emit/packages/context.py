@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen import __version__
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
@@ -111,7 +110,7 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
-        version=__version__,
+        version=robot.release,
         provenance=provenance(robot),
         description=comment_text(robot.description),
         sentence=sentence,
