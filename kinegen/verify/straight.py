@@ -31,6 +31,9 @@ _SELECTION = re.compile(rf"(?:{_KIND} {_NAME}|{_PLACE}) = \({_OPERAND} < {_OPERA
 _TILE = re.compile(r"for \(ptrdiff_t i = 0; i < \w+; i\+\+\) \{")
 """The loop over the configurations of a tile: all the control that there is around the statements of a batch kernel."""
 
+_HINT = re.compile(r"#ifdef (\w+_APART)\s+\1\s+#endif")
+"""What tells a compiler before that loop that the rows of a result lie apart."""
+
 
 def require_straight(
     robot: Robot, files: Mapping[str, str], quantities: Sequence[Quantity], reals: Sequence[str]
@@ -80,7 +83,7 @@ def _body(text: str, head: str) -> str:
 
 def _crooked(body: str, allowed: set[str]) -> Iterator[str]:
     """The statements of a body that are neither sums and products, nor calls of the functions that kernels have."""
-    inner = _TILE.sub("", body, count=1)
+    inner = _TILE.sub("", _HINT.sub("", body, count=1), count=1)
     if inner != body:
         inner = inner.rstrip().removesuffix("}")
     for statement in inner.split(";"):
