@@ -196,7 +196,7 @@ def test_each_header_is_the_manual_of_its_kernels() -> None:
     for phrase in (
         "Units: angles in rad, lengths in m.",
         "row by row, with the last row 0 0 0 1",
-        "q[1]  joint_2  revolute   rad  -2.61799 to 2.61799",
+        "q[1]  joint_2  revolute   rad  -2.618 to 2.618",
         "L1      m    0.4002",
         "tilt    rad  0.000523599",
         "Inputs and outputs must not overlap",
