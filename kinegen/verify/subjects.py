@@ -168,9 +168,10 @@ def _orientation_rates(quantity: Quantity) -> tuple[Subject, ...]:
     def weighted(known: Known, frame: str, found: Numbers) -> Numbers:
         distance = margin(known, frame)
         is_close = distance < CLOSEST * known.unit * (1 + len(known.robot.rows))
-        if form in ANGLES:
-            return found * np.where(is_close, 0 * distance, distance**2)[:, None, None]
-        # All numbers change their sign where w is zero, and rounding decides on which side of it a rotation is.
+        if form in ANGLES or form is Kind.AXIS_ANGLE:
+            weight = distance**2 if form in ANGLES else 1 + 0 * distance
+            return found * np.where(is_close, 0 * distance, weight)[:, None, None]
+        # A quaternion changes its sign where w is zero, and rounding decides on which side of it a rotation is.
         right = rates(known, frame)
         turned = np.where(is_close & (_squared(found + right) < _squared(found - right)), -1, 1)
         return found * turned[:, None, None]
