@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
+.PHONY: help demo test test-boards test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -40,6 +40,9 @@ test: $(VENV)/.dev ## runs the test suite
 test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
+
+test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
+	$(BIN)/python -m pytest tests/sabotage -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 
@@ -105,9 +108,9 @@ clean: ## removes what was built, and .venv
 # The environment ------------------------------------------------------------------------------------------------------
 
 $(VENV)/.made: scripts/make_venv.py scripts/get_headers.py
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
-	    echo "error: kinegen needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>/dev/null || echo missing)"; \
-	    echo "  Name another one:  make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null || { \
+	    echo "error: kinegen needs Python 3.10 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>/dev/null || echo missing)"; \
+	    echo "  Name another one:  make PYTHON=/path/to/python3.10"; exit 1; }
 	@$(PYTHON) scripts/make_venv.py $(VENV)
 	@$(PYTHON) scripts/get_headers.py $(VENV)
 	@touch $@

@@ -78,7 +78,7 @@ def machine(results: Results) -> Iterator[str]:
 
 def asked(results: Results) -> Iterator[str]:
     """The figures asked for, all of the PUMA 560."""
-    yield "| what | type | threads | poses | value | asked | |"
+    yield "| what | type | threads | poses | value | target | |"
     yield "| --- | --- | ---: | ---: | ---: | ---: | --- |"
     for row in results.rows:
         if row.asked is None:

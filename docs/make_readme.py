@@ -1,17 +1,25 @@
-"""Puts the real output of real commands into README.md and the pages of docs/.
+"""Runs the commands that README.md and the pages of docs/ show, and puts what they print below them.
 
     python docs/make_readme.py           rewrites the pages
     python docs/make_readme.py --check   compares, and fails with a diff where a page is not current
 
-A page marks a block like this; whatever stands between the fences is replaced:
+Nothing runs that a reader does not see. A page shows a command and its output like this; what stands below the command
+is replaced:
 
-    <!-- output: kinegen fk robots/puma560.yaml 0 0 0 0 0 0 -->
-    ```text
+    ```console
+    $ kinegen fk robots/puma560.yaml 0 0 0 0 0 0
     ```
 
-Commands run in the checkout with this environment's programs first on the path. Times, rates, rounding errors and
-where the largest of them was differ between machines and runs: a block that differs in nothing else counts as current
-and is left alone.
+A block of `sh` holds commands without output; they run too, but for those that install things. A file is shown by
+
+    <!-- file: docs/examples/batch.py -->
+    ```python
+    ```
+
+The commands of a page run in order, in a folder of its own under build/pages/ with nothing in it but links to robots/,
+examples/ and docs/, with this environment's programs first on the path. Times, rates, rounding errors and where the
+largest of them was differ between machines and runs: a block that differs in nothing else counts as current and is left
+alone.
 """
 
 from __future__ import annotations
@@ -19,13 +27,39 @@ from __future__ import annotations
 import difflib
 import os
 import re
+import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+SCRATCH = ROOT / "build" / "pages"
+LINKED = ("robots", "examples", "docs")
 
-BLOCK = re.compile(r"(?P<head><!-- output: (?P<command>.+?) -->\n```\w*\n)(?P<body>.*?)(?P<tail>^```$)", re.M | re.S)
+PAGES = tuple(
+    ROOT / name
+    for name in (
+        "README.md",
+        "docs/actuators.md",
+        "docs/calibration.md",
+        "docs/inverse.md",
+        "docs/orientation.md",
+        "docs/python.md",
+        "docs/velocities.md",
+    )
+)
+"""The pages whose commands run. Those of docs/firmware.md take cross compilers, and have a script of their own."""
+
+BLOCK = re.compile(
+    r"^(?P<head>(<!-- file: (?P<path>\S+)(, lines (?P<first>\d+) to (?P<last>\d+))? -->\n)?```(?P<kind>\w+)\n)"
+    r"(?P<body>.*?)(?P<tail>^```$)",
+    re.M | re.S,
+)
+COMMAND = re.compile(r"^\$ (?P<text>(?:.*\\\n)*.*)\n(?P<output>(?:(?!\$ ).*\n)*)", re.M)
+
+INSTALLS = ("make", "pip")
+"""Commands that change the environment of who runs them."""
 
 # What a clock, a cache or the last bits of a float decide, and what it becomes in a comparison.
 MEASURED = (
@@ -46,12 +80,12 @@ def main(arguments: list[str]) -> int:
     """Rewrites or checks every page; returns the exit status."""
     check = arguments == ["--check"]
     stale = False
-    for page in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+    for page in PAGES:
         before = page.read_text(encoding="utf-8")
-        after = BLOCK.sub(refresh, before)
+        name = str(page.relative_to(ROOT))
+        after = refreshed(before, fresh_folder(SCRATCH / page.stem))
         if before == after:
             continue
-        name = str(page.relative_to(ROOT))
         if check:
             stale = True
             sys.stdout.writelines(difflib.unified_diff(before.splitlines(True), after.splitlines(True), name, "now"))
@@ -63,11 +97,53 @@ def main(arguments: list[str]) -> int:
     return int(stale)
 
 
-def refresh(block: re.Match[str]) -> str:
-    """Runs the command of a block and returns the block with its output."""
-    old, new = block["body"], output(block["command"])
-    body = old if comparable(old) == comparable(new) else new
+def fresh_folder(folder: Path) -> Path:
+    """An empty folder with links to what the pages read."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for name in LINKED:
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def refreshed(text: str, folder: Path) -> str:
+    """A page after its commands ran in a folder, in order."""
+    return BLOCK.sub(lambda block: refresh(block, folder), text)
+
+
+def refresh(block: re.Match[str], folder: Path) -> str:
+    """One block after its commands ran, or with the file that it shows."""
+    body = block["body"]
+    if block["path"]:
+        body = shown(block)
+    elif block["kind"] == "sh":
+        for command in commands(body):
+            output(command, folder)
+    elif block["kind"] == "console":
+        body = COMMAND.sub(lambda match: renewed(match, folder), body)
     return block["head"] + body + block["tail"]
+
+
+def shown(block: re.Match[str]) -> str:
+    """The file that a block shows, or some of its lines; the comments at the head of a robot file are left out."""
+    lines = (ROOT / block["path"]).read_text(encoding="utf-8").splitlines(keepends=True)
+    if block["first"]:
+        return "".join(lines[int(block["first"]) - 1 : int(block["last"])])
+    return "".join(line for line in lines if not (block["kind"] == "yaml" and line.startswith("#")))
+
+
+def commands(body: str) -> Iterator[str]:
+    """The commands of a block without output, but for those that install things."""
+    for line in body.replace("\\\n", "").splitlines():
+        command = re.sub(r"\s+#.*", "", line).strip()
+        if command and command.split()[0] not in INSTALLS:
+            yield command
+
+
+def renewed(match: re.Match[str], folder: Path) -> str:
+    """A command with what it prints now, or with what it printed where that says the same."""
+    old, new = match["output"], output(match["text"], folder)
+    return f"$ {match['text']}\n{old if comparable(old) == comparable(new) else new}"
 
 
 def comparable(text: str) -> str:
@@ -77,18 +153,25 @@ def comparable(text: str) -> str:
     return text
 
 
-def output(command: str) -> str:
+def output(command: str, folder: Path) -> str:
     """What a command prints on both streams, as a person sees it in a terminal without colours.
 
+    Args:
+        command: Shell text.
+        folder: Where it runs. What builds remember is kept there, so that a page shows a first build.
+
+    Returns:
+        The lines.
+
     Raises:
-        SystemExit: The command failed; a page must not show that by accident.
+        SystemExit: The command failed; a page must not show that by accident, but may show an error message.
     """
     programs = str(Path(sys.executable).parent)
-    terminal = {"COLUMNS": "100", "NO_COLOR": "1", "LC_ALL": "C.UTF-8"}
+    terminal = {"COLUMNS": "100", "NO_COLOR": "1", "LC_ALL": "C.UTF-8", "XDG_CACHE_HOME": str(folder / ".cache")}
     environment = {**os.environ, **terminal, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],
-        cwd=ROOT,
+        cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -96,7 +179,7 @@ def output(command: str) -> str:
         text=True,
         check=False,
     )
-    if done.returncode != 0:
+    if done.returncode != 0 and not (done.returncode == 1 and done.stdout.startswith("error: ")):
         sys.exit(f"{command}: exit status {done.returncode}\n{done.stdout}")
     lines = [line.rstrip() for line in done.stdout.splitlines()]
     return "".join(f"{line}\n" for line in lines)

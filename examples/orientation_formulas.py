@@ -1,7 +1,7 @@
 """Where the formulas for roll, pitch and yaw that lecture notes print fail, and what the kernels give instead.
 
-    kinegen build examples/gimbal.yaml -o generated --outputs pose,rpy_zyx,rpy_zyx_jacobian,quaternion_wxyz
-    PYTHONPATH=generated python examples/orientation_formulas.py
+    kinegen build examples/gimbal.yaml -o build/examples --outputs pose,rpy_zyx,rpy_zyx_jacobian,quaternion_wxyz
+    PYTHONPATH=build/examples python examples/orientation_formulas.py
 
 docs/orientation.md explains what it prints.
 """

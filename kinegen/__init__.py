@@ -4,14 +4,14 @@ In: one YAML file with a Denavit-Hartenberg table. Out: the closed form as a tex
 carry, and a Python module that evaluates poses in bulk. Data goes one way, from the top of this list to its end:
 
     robot/      YAML text      -> Robot          what the user wrote: exact, validated, with line numbers
-    symbolic/   Robot          -> Expressions    elementary transforms, folded; poses; sympy lives here only
+    symbolic/   Robot          -> Expressions    elementary transforms, folded; poses; all of sympy's work
     ir/         Expressions    -> Program        straight-line code, one operation per statement
     emit/       Program        -> {name: text}   one folder of templates per language
     native/     C text         -> callable       compiled extension, threads, arrays
-    verify/     callable       -> Report         the proof, against reference/
+    verify/     callable       -> Proof          the proof, against reference/
     boards/     C text         -> Cost           emulated microcontrollers: the same bits, flash, stack, instructions
     workspace/  callable       -> Workspace      what the tip reaches: extents, volume, pictures, clouds of points
-    build.py    the stages in order
+    build.py    the stages in order, timed; what they found as one record
     cli/        one module per subcommand
 
 A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` tells

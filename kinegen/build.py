@@ -45,7 +45,9 @@ from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
-from kinegen.write import is_generated, write_files
+from kinegen.verify.written import require_proven, require_written
+from kinegen.verify.wrong_unit import wrong_unit
+from kinegen.write import write_files
 
 
 @dataclass(slots=True)
@@ -100,16 +102,20 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
-    with clock.stage("prove") as detail:
+    with clock.stage("prove") as detail, _kept_once_proved(extension):
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
+        if project:
+            require_proven(robot, project, emitted.files)
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
     with clock.stage("write") as detail:
         folder = options.output / robot.name
-        written = write_files(folder, project or contents, _stale_below(folder) if project else _stale(emitted))
+        stale = _is_below if project else _stale(folder, emitted)
+        written = write_files(folder, project or contents, stale, force=options.force)
+        require_written(folder, project or contents)
         detail.append(f"{sum(entry.changed for entry in written)} files changed")
     return BuildResult(
         robot=robot,
@@ -122,8 +128,12 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *reasons, *map(str, nearly_special(robot)), *precision_notes(kernels, options.reals)),
+        notes=(*notes, *reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
     )
+
+
+def _file_notes(robot: Robot) -> tuple[str, ...]:
+    return tuple(map(str, (*wrong_unit(robot), *nearly_special(robot))))
 
 
 def lower_file(path: Path, quantities: tuple[Quantity, ...]) -> Kernels:
@@ -184,6 +194,19 @@ def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple
         return None, (f"{error.message}; the module evaluates with NumPy until then",)
 
 
+@contextmanager
+def _kept_once_proved(extension: Extension | None) -> Iterator[None]:
+    """An extension is remembered for other builds if it loads and its proof holds, and is forgotten if not."""
+    try:
+        yield
+    except KinegenError:
+        if extension is not None:
+            extension.forget()
+        raise
+    if extension is not None:
+        extension.keep()
+
+
 def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOptions) -> tuple[Proof, str, bool]:
     """The proof, the backend that was proven, and whether it was made before."""
     quantities = (
@@ -227,21 +250,23 @@ def _contents(emitted: Emitted, extension: Extension | None, integers: IntegerKe
     return {**emitted.files, **compiled, **(integers.files if integers else {})}
 
 
-def _stale(emitted: Emitted) -> Callable[[Path], bool]:
-    """Which files of an earlier build go: all that are ours, but not an extension of the same C files."""
+def _stale(folder: Path, emitted: Emitted) -> Callable[[str], bool]:
+    """Which files of an earlier build go: all in the folder itself, but not an extension of the same C files."""
 
-    def stale(path: Path) -> bool:
-        return is_generated(path) and not (path.name == EXTENSION and emitted.stamp.encode() in path.read_bytes())
+    def stale(name: str) -> bool:
+        if name == EXTENSION:
+            return emitted.stamp.encode() not in (folder / name).read_bytes()
+        return not _is_below(name)
 
     return stale
 
 
-def _stale_below(folder: Path) -> Callable[[Path], bool]:
-    """Which files of an earlier firmware package go: ours in the folders below, where all there is may be compiled.
+def _is_below(name: str) -> bool:
+    """Which files of an earlier firmware package go: those in the folders below, where all there is may be compiled.
 
     What lies in the folder itself may be another package of the same robot.
     """
-    return lambda path: path.parent != folder and is_generated(path)
+    return "/" in name
 
 
 def _angles(programs: tuple[Program, ...]) -> tuple[AngleSum, ...]:

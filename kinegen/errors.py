@@ -6,6 +6,11 @@ Every one is a `KinegenError`; the command line prints it as one line, `file:lin
 from __future__ import annotations
 
 
+def shown(text: object) -> str:
+    """A name from outside as one line that is safe on a terminal: what does not print is escaped."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
 class KinegenError(Exception):
     """Something a user can mend: a robot file, a folder, a compiler.
 
@@ -40,6 +45,10 @@ class MissingToolError(CompileError):
 
 class WriteError(KinegenError):
     """An output could not be written; the earlier output is untouched."""
+
+
+class OutputError(KinegenError):
+    """What a command has to say cannot be printed."""
 
 
 class ProofError(KinegenError):

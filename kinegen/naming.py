@@ -77,7 +77,7 @@ def check_name(kind: str, name: str) -> None:
         KinegenError: Without a place; the message quotes the name and says what is wrong.
     """
     shown = name if len(name) <= _SHOWN else name[: _SHOWN - 3] + "..."
-    reason = _shape_defect(name) or _word_defect(name)
+    reason = _shape_defect(name) or _word_defect(kind, name)
     if kind == "robot":
         reason = reason or _robot_defect(name)
     elif kind == "runtime parameter":
@@ -96,8 +96,8 @@ def _shape_defect(name: str) -> str:
     return ""
 
 
-def _word_defect(name: str) -> str:
-    if name in FORMAT_WORDS:
+def _word_defect(kind: str, name: str) -> str:
+    if name in FORMAT_WORDS and (kind, name) != ("joint", "base"):
         return "is a word of the robot file itself"
     if name in C_WORDS:
         return "is a C keyword"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import ClassVar
 
 from kinegen.errors import KinegenError
+from kinegen.older import StrEnum
 
 
 @dataclass(frozen=True, slots=True)

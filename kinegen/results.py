@@ -31,6 +31,7 @@ class BuildOptions:
         flags: How to compile it.
         package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
             of the Python package.
+        force: Whether to replace files in the way that kinegen did not write.
     """
 
     output: Path = Path("generated")
@@ -41,6 +42,7 @@ class BuildOptions:
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
     package: Ecosystem | None = None
+    force: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,48 +8,56 @@ is different, missing, damaged or unknown leads to an ordinary build.
 
 from __future__ import annotations
 
-import hashlib
-import pickle
-import platform
+import json
+import os
 import shutil
 import time
-from collections.abc import Iterator
-from dataclasses import replace
-from functools import cache
-from importlib import metadata
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import get_type_hints
 
 from kinegen.errors import KinegenError
+from kinegen.manifest import digest_of
 from kinegen.native.cache import Cache
-from kinegen.native.compiler import find_compiler, processor
+from kinegen.native.compiler import find_compiler
+from kinegen.native.identity import identity
+from kinegen.records import from_plain, to_plain
 from kinegen.results import BuildOptions, BuildResult, Stage
+from kinegen.robot.calibrated import calibrated
+from kinegen.robot.load import load
 
-_PACKAGE = Path(__file__).resolve().parent
-_SUFFIXES = (".py", ".jinja", ".c", ".h", ".ld")
-_LIBRARIES = ("sympy", "numpy", "mpmath", "cffi", "jinja2")
 _TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
 """What the costs of a build depend on."""
 
+_TOLD_ANEW = ("robot", "stages")
+"""Fields of a result that are not kept: the robot is in its file, and the stages are not run again."""
 
-def recall(key: str) -> BuildResult | None:
+
+def recall(key: str, path: Path, options: BuildOptions) -> BuildResult | None:
     """What an earlier build told, if this one would tell the same and change nothing.
 
     Args:
         key: What `key_of` says of the build.
+        path: The robot file.
+        options: What to make.
 
     Returns:
-        The result with every file untouched; None where the build has to be made.
+        The result with every file untouched; its proof has been looked at like that of a new build. None where the
+        build has to be made.
     """
     begin = time.perf_counter()
-    known = Cache().load(key) if key else None
-    if known is None:
+    kept = Cache().load_record(key, _Kept)
+    if kept is None:
         return None
     try:
-        kept: tuple[dict[str, str], BuildResult] = pickle.loads(known)  # noqa: S301 - from the user's own cache, beside the extensions
-    except Exception:  # noqa: BLE001 - of another version, or damaged in a way that its digest does not show
-        return None
-    digests, result = kept
-    if digests != _digests(result.folder):
+        robot = calibrated(load(path), options.wrt) if options.wrt else load(path)
+        hints = get_type_hints(BuildResult)
+        told = {name: from_plain(hints[name], value) for name, value in json.loads(kept.told).items()}
+        result = BuildResult(robot=robot, stages=(), **told)
+        result.proof.require(robot)
+    except (KinegenError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
+        return None  # of another shape, or not accepted
+    if result.folder != options.output / robot.name or kept.digests != _digests(result.folder):
         return None
     written = tuple(replace(entry, status="unchanged") for entry in result.written if entry.status != "removed")
     stage = Stage("compare", time.perf_counter() - begin, "all is as it was built and proved before")
@@ -64,7 +72,17 @@ def remember(key: str, result: BuildResult) -> None:
         result: What it told.
     """
     if key:
-        Cache().save(key, pickle.dumps((_digests(result.folder), result)))
+        names = [each.name for each in fields(result) if each.name not in _TOLD_ANEW]
+        told = {name: to_plain(getattr(result, name)) for name in names}
+        Cache().save_record(key, _Kept(_digests(result.folder), json.dumps(told)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A build as it is kept: the SHA-256 of each file of its folder, and what it told, as JSON."""
+
+    digests: dict[str, str]
+    told: str
 
 
 def key_of(path: Path, options: BuildOptions) -> str:
@@ -82,32 +100,19 @@ def key_of(path: Path, options: BuildOptions) -> str:
         compiler = find_compiler() if options.compile else None
     except (OSError, KinegenError):
         return ""
+    machine = identity()
+    if machine is None:
+        return ""
     tools = [(tool, shutil.which(tool)) for tool in _TOOLS]
-    libraries = [metadata.version(name) for name in _LIBRARIES]
-    machine = processor().describe(), compiler, tools, libraries, platform.python_version()
-    return Cache().key("build", _program(), text, str(path), options, str(options.output.resolve()), machine)
+    # The path of the output is resolved without a complaint about a loop of links, which the build makes.
+    output = os.path.realpath(options.output)
+    return Cache().key("build", machine, compiler, tools, text, str(path), options, output)
 
 
 def _digests(folder: Path) -> dict[str, str]:
     """A digest of every file of an output folder, by its name; caches of Python left aside."""
     return {
-        str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
+        str(file.relative_to(folder)): digest_of(file.read_bytes())
         for file in sorted(folder.rglob("*"))
         if file.is_file() and "__pycache__" not in file.parts
     }
-
-
-@cache
-def _program() -> str:
-    """A digest of this program: its modules, templates and C files."""
-    digest = hashlib.sha256()
-    for file in _files():
-        digest.update(f"{file.name}\0".encode() + file.read_bytes())
-    return digest.hexdigest()
-
-
-def _files() -> Iterator[Path]:
-    # A wheel has its templates inside the package, a checkout beside it.
-    outside = () if (_PACKAGE / "templates").is_dir() else (_PACKAGE.parent / "templates",)
-    for folder in (_PACKAGE, *outside):
-        yield from sorted(file for file in folder.rglob("*") if file.suffix in _SUFFIXES)

@@ -28,7 +28,7 @@ PIP_SHA256 = "3790624780082365f47549d032f3770eeb2b1e8bd1f7b2e02dace1afa361b4ed"
 NO_PIP = """\
 error: this Python cannot make a virtual environment by itself, and pip could not be fetched ({reason}).
   On Debian and Ubuntu:  apt-get install python3-venv
-  Or name another one:   make PYTHON=/path/to/python3.11"""
+  Or name another one:   make PYTHON=/path/to/python3.10"""
 
 
 def main(folder: Path) -> int:
@@ -49,7 +49,7 @@ def main(folder: Path) -> int:
 
 def is_usable(folder: Path) -> bool:
     """Tells whether a folder holds an environment with pip and with a new enough Python."""
-    probe = "import sys, pip; sys.exit(sys.version_info < (3, 11))"
+    probe = "import sys, pip; sys.exit(sys.version_info < (3, 10))"
     python = folder / "bin" / "python"
     return python.exists() and subprocess.run([python, "-c", probe], capture_output=True, check=False).returncode == 0
 

@@ -18,9 +18,11 @@ ROOT = Path(__file__).resolve().parent.parent
 # where they stand in the same folder.
 ROWS = (
     ("kinegen",),
-    ("kinegen.angles", "kinegen.errors"),
+    ("kinegen.angles", "kinegen.errors", "kinegen.older", "kinegen.records"),
     ("kinegen.outputs",),
     ("kinegen.naming",),
+    ("kinegen.manifest",),
+    ("kinegen.exchange",),
     ("kinegen.write",),
     ("kinegen.robot",),
     ("kinegen.reference",),
@@ -39,6 +41,9 @@ ROWS = (
 FORBIDDEN = {
     "kinegen.reference": ("kinegen.symbolic", "kinegen.ir", "sympy"),
 }
+
+OLDEST = (3, 10)
+"""The oldest Python that kinegen and its packages run on."""
 
 # The last importer of sympy is ir/lower.py; everything after it works on Programs.
 SYMPY_MAY_ENTER = ("kinegen.symbolic", "kinegen.ir.lower")
@@ -164,3 +169,18 @@ def test_names_say_what_a_module_is_for(module: str) -> None:
     vague = {"common", "helper", "helpers", "manager", "misc", "tools", "util", "utils"}
 
     assert module.rpartition(".")[2] not in vague
+
+
+@pytest.mark.parametrize("path", [*MODULES.values(), *GENERATED], ids=lambda path: str(path.relative_to(ROOT)))
+def test_the_oldest_python_reads_every_module(path: Path) -> None:
+    """And names that the standard library got later come from `kinegen.older`."""
+    parsed = ast.parse(path.read_text(encoding="utf-8"), feature_version=OLDEST)
+    late = {"StrEnum", "assert_never", "assert_type", "Self", "Never", "LiteralString", "Required", "Unpack", "chdir"}
+    taken = {
+        alias.name
+        for node in ast.walk(parsed)
+        if isinstance(node, ast.ImportFrom) and node.module in ("enum", "typing", "contextlib", "datetime")
+        for alias in node.names
+    }
+
+    assert path.name == "older.py" or not taken & late

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import zipfile
 from importlib import metadata
 from pathlib import Path
@@ -84,16 +85,56 @@ def test_the_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
     assert {name.split("/")[0] for name in names} == {"kinegen", f"kinegen-{kinegen.__version__}.dist-info"}
 
 
-@pytest.mark.parametrize("source", ["wheel", "checkout"])
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sources as they are handed out, unpacked."""
+    folder = tmp_path_factory.mktemp("sdist")
+    run(sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", folder, cwd=ROOT)
+    (path,) = folder.glob("*.tar.gz")
+    with tarfile.open(path) as archive:
+        archive.extractall(folder, filter="data")
+    return folder / f"kinegen-{kinegen.__version__}"
+
+
+def test_the_sources_hold_all_that_make_takes(source: Path) -> None:
+    for place in ("kinegen", "templates", "robots", "tests", "docs", "examples", "scripts", "benchmarks", "generated"):
+        mine, theirs = (
+            {path.relative_to(root).as_posix() for path in (root / place).rglob("*") if is_source(path)}
+            for root in (ROOT, source)
+        )
+
+        assert mine == theirs
+    for name in ("Makefile", "README.md", "CONTRIBUTING.md", "LICENSE", "CHANGELOG.md", ".ci/run"):
+        assert (source / name).read_bytes() == (ROOT / name).read_bytes()
+
+
+def is_source(path: Path) -> bool:
+    """Whether a file is no trace of work in the checkout."""
+    is_made = path.suffix in {".so", ".pyd", ".o"} or "__pycache__" in path.parts or "results" in path.parts
+    return path.is_file() and not is_made
+
+
+@pytest.mark.parametrize("goal", ["demo", "test"])
+def test_make_finds_what_it_needs_in_the_sources(goal: str, source: Path) -> None:
+    assert "scripts/make_venv.py" in run("make", "--dry-run", f"PYTHON={sys.executable}", goal, cwd=source)
+
+
+def test_every_test_of_the_sources_can_be_collected(source: Path) -> None:
+    printed = run(sys.executable, "-m", "pytest", "--collect-only", "-qq", "-p", "no:cacheprovider", cwd=source)
+
+    assert "error" not in printed.splitlines()[-1]
+
+
+@pytest.mark.parametrize("origin", ["wheel", "checkout"])
 def test_an_installed_kinegen_builds_a_robot_elsewhere(
-    source: str, tmp_path: Path, request: pytest.FixtureRequest
+    origin: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     environment = fresh_environment(tmp_path / "environment")
-    if source == "wheel":
+    if origin == "wheel":
         install(environment, request.getfixturevalue("wheel"), cwd=tmp_path)
     else:
         install(environment, "--editable", ROOT, cwd=tmp_path)
-    home = ROOT if source == "checkout" else tmp_path
+    home = ROOT if origin == "checkout" else tmp_path
     (tmp_path / "slider.yaml").write_text(ROBOT, encoding="utf-8")
     run(environment / "kinegen", "build", "slider.yaml", "-o", "out", "--no-compile", cwd=tmp_path)
     place = "import kinegen, pathlib; print(pathlib.Path(kinegen.__file__).resolve())"

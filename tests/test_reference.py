@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.reference.numbers import digits
+from kinegen.reference.series import Series, in_series
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import JointType, Robot
@@ -75,7 +77,7 @@ def test_published_numbers(system: System, name: str, example: Example) -> None:
 
 # Poses of real arms known from elsewhere: joint values in degrees, position of the tip, bound on the difference.
 # jaco2: home joint and Cartesian values in Kinova's own drivers, which are rounded and measured. panda: ready pose of
-# Franka's examples, flange. ur5: zero pose of its table. The others stand upright or, the fanuc, as mastered.
+# Franka's examples, flange. ur5, xarm6: zero poses of their tables. The others stand upright; the fanuc, as mastered.
 REAL_POSES = [
     ("jaco2", [275.0, 167.1, 57.4, 240.9, 82.7, 75.4], [0.2123, -0.2572, 0.5096], 5e-3),
     ("panda", [0, -45, 0, -135, 0, 90, 45], [0.3069, 0, 0.5903], 5e-5),
@@ -85,6 +87,7 @@ REAL_POSES = [
     ("iiwa14", [0, 0, 0, 0, 0, 0, 0], [0, 0, 1.306], 1e-12),
     ("tx60", [0, 0, 0, 0, 0, 0], [0, 20, 1045], 1e-9),
     ("kr5", [0, -90, 0, 0, 0, 0], [0.915, 0, 1.12], 1e-12),
+    ("xarm6", [0, 0, 0, 0, 0, 0], [207, 0, 112], 1e-12),
     ("fanuc_10l", [0, -90, 0, 0, 0, 0], [1.21, 0, 0.87], 1e-12),
 ]
 
@@ -246,3 +249,16 @@ def test_the_reach_of_named_frames_can_be_asked_for() -> None:
 
     assert reach(arm) == 1.0
     assert reach(arm, ["far"]) == 8.0
+
+
+@pytest.mark.parametrize("name", ["asin", "acos", "atan"])
+def test_series_of_arcs_are_taylors(name: str) -> None:
+    with mpmath.workdps(40):
+        kind = in_series(digits(), 2)
+        function = getattr(mpmath, name)
+        small = Series({(): mpmath.mpf("0.3"), (0,): mpmath.mpf(2)}, 2)
+        parts = kind.arithmetic.functions[name](small).parts
+
+        expected = mpmath.taylor(lambda t: function(mpmath.mpf("0.3") + 2 * t), 0, 2)
+        for monomial, coefficient in zip(((), (0,), (0, 0)), expected, strict=True):
+            assert abs(parts[monomial] - coefficient) < 1e-15

@@ -13,27 +13,44 @@ from scripts import make_venv
 
 PAGE = """\
 Before.
-<!-- output: echo 'turned in 0.30 s, worst 2.2e-16' -->
-```text
-{body}```
+```sh
+make nothing
+echo made > made  # where the next command looks
+```
+```console
+$ echo turned in 0.30 s, \\
+    worst 2.2e-16
+{body}$ cat made
+made
+```
 After.
 """
+PRINTED = "turned in 0.30 s, worst 2.2e-16\n"
 
 
-def refreshed(body: str) -> str:
-    """A page whose only block held a body, after its command ran."""
-    return make_readme.BLOCK.sub(make_readme.refresh, PAGE.format(body=body))
+def refreshed(body: str, folder: Path) -> str:
+    """A page whose first output was a body, after its commands ran."""
+    return make_readme.refreshed(PAGE.format(body=body), folder)
 
 
-def test_a_page_takes_up_what_a_command_prints() -> None:
-    assert refreshed("something else\n") == PAGE.format(body="turned in 0.30 s, worst 2.2e-16\n")
-    assert refreshed("") == PAGE.format(body="turned in 0.30 s, worst 2.2e-16\n")
+def test_a_page_takes_up_what_a_command_prints(tmp_path: Path) -> None:
+    assert refreshed("something else\n", tmp_path) == PAGE.format(body=PRINTED)
+    assert refreshed("", tmp_path) == PAGE.format(body=PRINTED)
 
 
-def test_a_page_keeps_its_times_and_rounding_errors() -> None:
+def test_a_page_keeps_its_times_and_rounding_errors(tmp_path: Path) -> None:
     body = "turned in 1.71 s, worst 4.4e-16\n"
 
-    assert refreshed(body) == PAGE.format(body=body)
+    assert refreshed(body, tmp_path) == PAGE.format(body=body)
+
+
+def test_a_page_shows_a_file_or_some_of_its_lines(tmp_path: Path) -> None:
+    path = "docs/examples/batch.py"
+    lines = (make_readme.ROOT / path).read_text(encoding="utf-8").splitlines(keepends=True)
+
+    for part, body in (("", lines), (", lines 3 to 4", lines[2:4])):
+        page = f"<!-- file: {path}{part} -->\n```python\n{{}}```\n"
+        assert make_readme.refreshed(page.format("old\n"), tmp_path) == page.format("".join(body))
 
 
 PROOF = """\
@@ -65,9 +82,15 @@ def test_a_page_does_not_keep_what_a_proof_says(before: str, after: str) -> None
     assert make_readme.comparable(PROOF) != make_readme.comparable(PROOF.replace(before, after))
 
 
-def test_a_page_does_not_show_a_command_that_fails() -> None:
+def test_a_page_does_not_show_a_command_that_fails(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="exit status 3\nno such robot"):
-        make_readme.output("echo no such robot; exit 3")
+        make_readme.output("echo no such robot; exit 3", tmp_path)
+    with pytest.raises(SystemExit, match="exit status 1\nTraceback"):
+        make_readme.output("echo Traceback; exit 1", tmp_path)
+
+
+def test_a_page_may_show_an_error_message(tmp_path: Path) -> None:
+    assert make_readme.output("echo error: no such robot; exit 1", tmp_path) == "error: no such robot\n"
 
 
 @pytest.mark.parametrize(

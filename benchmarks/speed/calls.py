@@ -63,8 +63,8 @@ def single(arm: Arm, peers: list[Peer], effort: Effort, ask: bool) -> Iterator[R
     q = arm.configurations(1, "double")[0]
     out = np.empty((4, 4))
     forms: dict[str, tuple[Callable[[], object], float | None]] = {
-        "fk(q)": (partial(_calls, arm.package.fk, q), 1.0),
-        "fk(q, out=T)": (partial(_calls_with_out, arm.package.fk, q, out), 0.65),
+        "fk(q)": (partial(_calls, arm.package.fk, q), 0.4),
+        "fk(q, out=T)": (partial(_calls_with_out, arm.package.fk, q, out), 0.3),
         "step = fk.bind(q, T); step()": (partial(_calls_alone, arm.package.fk.bind(q, out)), 0.2),
     }
     for peer in peers:

@@ -1,4 +1,4 @@
-"""Poses of 100,000 configurations at once; run with generated/ on the path."""
+"""Poses of 100,000 configurations at once; run with the built package on the path."""
 
 import numpy as np
 import puma560

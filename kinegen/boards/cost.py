@@ -8,7 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from kinegen.boards.emulator import run_program
+from kinegen.boards.emulator import HungError, run_program
 from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.programs import build_program, write_measured, write_search
 from kinegen.boards.targets import Target
@@ -27,8 +27,9 @@ OPTIMISATIONS = ("-Os", "-O2")
 def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
     """Measure every kernel of a robot with every optimisation level.
 
-    Each kernel is measured by itself, as if the others were not in the firmware. Without the emulator there are no
-    counts, and the stack is the compiler's account, which leaves out its library's arithmetic.
+    Each kernel is measured by itself, as if the others were not in the firmware. Without the emulator, or where
+    a program does not end in time, there are no counts (`Cost.missing` says why), and the stack is the compiler's
+    account, which leaves out its library's arithmetic.
 
     Args:
         kernels: The robot and its programs.
@@ -68,7 +69,7 @@ def _measure(
         measured = write_measured(folder, replace(kernels, programs=(program,)), real)
     flags = (optimisation, f"-DREPEATS={measured.repeats}")
     built = build_program(target, folder, measured.files, SOURCES / "cost.c", real, flags)
-    calls, deepest = _run(target, built, measured.repeats)
+    calls, deepest, missing = _run(target, built, measured.repeats)
     own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
     accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
     compiler = find_cross_compiler(target)
@@ -85,15 +86,16 @@ def _measure(
         calls=calls,
         unit=target.unit,
         operations=count(program) if program else None,
+        missing=missing,
     )
 
 
-def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int]:
-    """Counts and depth of the stack from the emulator; nothing where it is not installed."""
+def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int, str]:
+    """Counts and depth of the stack from the emulator, or why there are none."""
     try:
         lines = run_program(target, program)
-    except MissingToolError:
-        return None, 0
+    except (MissingToolError, HungError) as error:
+        return None, 0, error.message
     numbers: dict[str, list[int]] = {"spin": [], "call": [], "stack": []}
     for line in lines:
         label, _, number = line.partition(" ")
@@ -104,7 +106,7 @@ def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int
     ticks = Fraction(numbers["spin"][0], 10_000 * target.toolchain.round_cost)
     # The return of the function that does nothing was subtracted, and belongs to the kernel.
     taken = [round(Fraction(number, repeats) / ticks) + 1 for number in numbers["call"]]
-    return Calls(min(taken), max(taken)), numbers["stack"][0] + target.toolchain.call_bytes
+    return Calls(min(taken), max(taken)), numbers["stack"][0] + target.toolchain.call_bytes, ""
 
 
 def _accounted_stack(usage: Path) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -38,9 +39,10 @@ class Cost:
         function_flash: Bytes of the kernel function and its constants.
         flash: Bytes of all that a call needs: the function, the sine-cosine pair, arithmetic of the compiler's library.
         stack: Bytes below the caller's.
-        calls: Instructions or cycles, from the first of the function to its return; none without an emulator.
+        calls: Instructions or cycles, from the first of the function to its return; none where they were not measured.
         unit: `instructions` or `cycles`.
         operations: Operations of the program; none for a search, which takes as many as it needs.
+        missing: Why there are no `calls`; empty where there are.
     """
 
     target: str
@@ -54,7 +56,13 @@ class Cost:
     calls: Calls | None
     unit: str
     operations: Count | None
+    missing: str = ""
 
     def record(self) -> dict[str, Any]:
         """The same in plain values, for JSON."""
         return asdict(self) | {"quantity": str(self.quantity)}
+
+
+def reasons(costs: Sequence[Cost]) -> tuple[str, ...]:
+    """Why some of the counts are missing, each reason once, in order."""
+    return tuple(dict.fromkeys(f"no {cost.unit}: {cost.missing}" for cost in costs if cost.missing))

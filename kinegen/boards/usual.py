@@ -5,11 +5,10 @@ Emulators take seconds, so the figures are remembered in the user's cache, by th
 
 from __future__ import annotations
 
-import json
-from typing import Any
+from dataclasses import dataclass
 
 from kinegen.boards.cost import better, measure
-from kinegen.boards.figures import Calls, Cost
+from kinegen.boards.figures import Cost
 from kinegen.boards.targets import find_target
 from kinegen.boards.toolchain import find_cross_compiler
 from kinegen.emit.c.kernel import emit_kernel
@@ -17,9 +16,8 @@ from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError
-from kinegen.ir.program import Count
 from kinegen.native.cache import Cache
-from kinegen.outputs import parse_quantity
+from kinegen.native.identity import identity
 
 USUAL_TARGET = "cortex-m4f"
 """The microcontroller that most arms are driven by; its FPU is for floats."""
@@ -50,22 +48,20 @@ def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
     store = Cache()
     search = emit_numeric_inverse(kernels, Real.FLOAT) if kernels.numeric_inverse else {}
     texts = sorted((emit_kernel(kernels, Real.FLOAT) | search).items())
-    key = store.key("cost", texts, find_cross_compiler(target))
-    known = store.load(key)
+    key = store.key("cost", identity(), texts, find_cross_compiler(target))
+    known = store.load_record(key, _Kept)
     if known is not None:
-        return tuple(_restored(entry) for entry in json.loads(known))
+        return known.costs
     costs = measure(kernels, Real.FLOAT, target)
     quantities = dict.fromkeys(cost.quantity for cost in costs)
     chosen = tuple(better([cost for cost in costs if cost.quantity == quantity]) for quantity in quantities)
     if all(cost.calls is not None for cost in chosen):
-        store.save(key, json.dumps([cost.record() for cost in chosen]).encode())
+        store.save_record(key, _Kept(chosen))
     return chosen
 
 
-def _restored(entry: dict[str, Any]) -> Cost:
-    records = {
-        "quantity": parse_quantity(entry["quantity"]),
-        "calls": Calls(**entry["calls"]),
-        "operations": Count(**entry["operations"]) if entry["operations"] else None,
-    }
-    return Cost(**{**entry, **records})
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """Figures as they are kept."""
+
+    costs: tuple[Cost, ...]

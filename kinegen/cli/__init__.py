@@ -1,7 +1,8 @@
 """The command line: arguments in, messages out; one module per subcommand.
 
-Errors that a user can mend are one line on stderr and exit status 1; `--debug` adds the traceback. Wrong usage exits
-with 2, Ctrl-C with 130. Nothing heavy is imported before a command runs, so that help comes at once.
+Errors that a user can mend are one line on stderr and exit status 1; `--debug` adds the traceback. Wrong usage is one
+line too, and exit status 2; Ctrl-C exits with 130. Nothing heavy is imported before a command runs, so that help comes
+at once.
 """
 
 from __future__ import annotations
@@ -18,13 +19,16 @@ import click
 from kinegen import __version__
 from kinegen.cli.interrupt import remembering
 from kinegen.cli.terminal import complain
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, OutputError
 
 COMMANDS = ("build", "show", "check", "inspect", "fk", "size", "workspace", "schema")
 """The subcommands, each in the module of that name, as its `command`."""
 
 INTERRUPTED = 130
 """What a shell reports of a program that Ctrl-C ended."""
+
+_STARVED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
+"""What libraries and Python say where memory or threads run out."""
 
 CLOSED_PIPE = 141
 """What a shell reports of a program whose reader went away, as `head` does."""
@@ -61,6 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
+    _open_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A terminal that lacks a character of a robot's description gets an escape, not a traceback.
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -72,11 +77,35 @@ def main(argv: Sequence[str] | None = None) -> int:
         complain("interrupted")
         return INTERRUPTED
     except BrokenPipeError:
-        # Python flushes once more at exit and must not find the closed pipe again.
-        with suppress(OSError, ValueError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return CLOSED_PIPE
+    except OSError as error:
+        _discard_output()
+        complain(f"error: {_reason(error)}")
+        return 1
     return status
+
+
+def _open_streams() -> None:
+    """Give a process that was started without stdin, stdout or stderr ones that lead nowhere.
+
+    Otherwise the next file that is opened would take their place.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            mode = "r" if number == 0 else "w"
+            with suppress(OSError):
+                handle = os.open(os.devnull, os.O_RDWR)
+                if handle != number:
+                    os.dup2(handle, number)
+                    os.close(handle)
+                setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
+def _discard_output() -> None:
+    """Python flushes stdout once more at exit, and must not fail at it again."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _run(arguments: list[str]) -> int:
@@ -88,18 +117,52 @@ def _run(arguments: list[str]) -> int:
             return _invoke(context)
     except click.exceptions.Exit as stop:
         return stop.exit_code
+    except click.UsageError as error:
+        if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):
+            error.show()
+            return error.exit_code
+        complain(f"error: {_usage(error)}")
+        return error.exit_code
     except click.ClickException as error:
         error.show()
         return error.exit_code
 
 
+def _usage(error: click.UsageError) -> str:
+    """What is wrong with the arguments; where that does not say what would be right, the help does."""
+    message = " ".join(error.format_message().split()).rstrip(".")
+    if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
+        return message
+    return f"{message}; see '{error.ctx.command_path if error.ctx else 'kinegen'} --help'"
+
+
 def _invoke(context: click.Context) -> int:
     try:
         return int(_kinegen.invoke(context) or 0)
-    except KinegenError as error:
+    except (BrokenPipeError, click.exceptions.Exit, click.ClickException):
+        raise
+    except Exception as error:
+        reason = _reason(error)
+        if not reason:
+            raise
         if context.params["debug"]:
             import traceback
 
             traceback.print_exc()
-        complain(f"error: {error}")
+        if isinstance(error, OutputError):
+            _discard_output()
+        complain(f"error: {reason}")
         return 1
+
+
+def _reason(error: Exception) -> str:
+    """What a user can do something about, in a line; empty for anything else, which is a bug of ours."""
+    if isinstance(error, KinegenError):
+        return str(error)
+    words = str(error)
+    starved = isinstance(error, MemoryError | SystemError) or any(sign in words for sign in _STARVED)
+    if starved and isinstance(error, MemoryError | SystemError | ImportError | RuntimeError | OSError):
+        return "there is not enough memory, or a limit on memory or threads is too low (see ulimit -a)"
+    if isinstance(error, OSError):
+        return f"{error.strerror or error}: {error.filename}" if error.filename else error.strerror or words
+    return ""

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
+from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
 
 if TYPE_CHECKING:
@@ -86,6 +87,7 @@ def names_of(_context: click.Context, _parameter: click.Parameter, text: str) ->
     help="Compile for every processor of this family; on loading the best variant is picked, or KINEGEN_VARIANT.",
 )
 @click.option("--reproducible", is_flag=True, help="The same bits on every machine, at some cost of speed.")
+@click.option("--force", is_flag=True, help="Replace files in the way that kinegen did not write, or that were edited.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 @click.pass_context
 def command(
@@ -100,13 +102,15 @@ def command(
     march: str | None,
     portable: bool,
     reproducible: bool,
+    force: bool,
     as_json: bool,
 ) -> int:
     """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
 
     The folder DIR/NAME gets NAME.h, NAME.c and their companions, and is a Python package, or with --package what
     another kind of project takes as it is. The exit status is 0 only if every proof holds; a build that fails leaves
-    the earlier output as it was.
+    the earlier output as it was. Only files that kinegen wrote are replaced or removed; kinegen-manifest.json lists
+    them, with the SHA-256 of each.
     """
     from kinegen.emit.reals import Real
     from kinegen.native.flags import Flags
@@ -127,6 +131,7 @@ def command(
         wrt=wrt,
         integers=real in INTEGERS,
         package=ecosystem,
+        force=force,
         compile=not no_compile,
         flags=Flags(march or "native", portable=portable, contraction=not reproducible),
     )
@@ -135,6 +140,7 @@ def command(
 
 def _build_all(files: tuple[Path, ...], options: BuildOptions, *, as_json: bool, debug: bool) -> int:
     """Build one robot after the other, also after one has failed; returns the exit status."""
+    warn_of_cache()
     failed: list[Path] = []
     documents: list[dict[str, object]] = []
     names: dict[str, Path] = {}
@@ -180,9 +186,9 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
             say(stage_line(stage))
 
     if not quiet:
-        say(strong(str(file)))
+        say(strong(shown(file)))
     key = key_of(file, options)
-    result = recall(key)
+    result = recall(key, file, options)
     if result is None:
         from kinegen.build import build
 

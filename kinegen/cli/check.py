@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen.cli.terminal import complain, good, say
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def command(context: click.Context, files: tuple[str, ...]) -> int:
     """Reads robot files and says what they hold, or what is wrong with them.
 
-    Notes tell of values that are nearly special, such as 89.9999 degrees, and what the difference does to the pose.
+    Notes point out values that are nearly special, such as 89.9999 degrees, with what the difference does to the pose,
+    and angles that look as if they were written in the other unit, such as 1.5708 in a file in degrees.
     """
     failed = 0
     for file in files:
@@ -39,11 +40,12 @@ def command(context: click.Context, files: tuple[str, ...]) -> int:
 def _check(file: str) -> None:
     from kinegen.robot.load import load
     from kinegen.verify.nearly import nearly_special
+    from kinegen.verify.wrong_unit import wrong_unit
 
     robot = load(file)
-    say(f"{file}: {good('ok')}, {', '.join(_facts(robot))}")
-    for note in nearly_special(robot):
-        place = file if note.line is None else f"{file}:{note.line}"
+    say(f"{shown(file)}: {good('ok')}, {', '.join(_facts(robot))}")
+    for note in (*wrong_unit(robot), *nearly_special(robot)):
+        place = shown(file) if note.line is None else f"{shown(file)}:{note.line}"
         say(f"{place}: note: {note.text}")
 
 

@@ -42,34 +42,40 @@ class _Signed(click.Command):
 @click.command("fk", cls=_Signed, short_help="Prints the pose for joint values.")
 @click.argument("file", type=click.Path())
 @click.argument("values", metavar="Q...", nargs=-1)
-@click.option("--deg", is_flag=True, help="Angles are in degrees; without it in radians. Lengths stay lengths.")
+@click.option("--degrees", "--deg", "asked", flag_value="deg", help="Angles are in degrees, whatever the file has.")
+@click.option("--radians", "--rad", "asked", flag_value="rad", help="Angles are in radians, whatever the file has.")
 @click.option("--frame", metavar="NAME", help="Another frame than the tool: a joint, a row number or a named frame.")
-def command(file: str, values: tuple[str, ...], deg: bool, frame: str | None) -> None:
+def command(file: str, values: tuple[str, ...], asked: str | None, frame: str | None) -> None:
     """Prints the pose of the tool in the base frame for joint values.
 
-    One value for each joint variable: a number, or an expression such as pi/2. Lengths are in the unit of the file.
+    One value for each joint variable: a number, or an expression such as pi/2. Angles and lengths are in the units of
+    the file; in degrees pi is half a turn. The last line says which unit the angles were taken in.
 
     \b
-        kinegen fk robots/puma560.yaml 0 -pi/2 0.5 0 0 0
-        kinegen fk robots/puma560.yaml --deg 0 -90 30 0 0 0
+        kinegen fk robots/puma560.yaml 0 -90 30 0 0 0
+        kinegen fk robots/puma560.yaml --radians 0 -pi/2 0.5 0 0 0
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
     from kinegen import reference
     from kinegen.robot.load import load
 
     robot = load(file)
-    q = _read_values(robot, values, deg=deg)
-    _warn_of_limits(robot, q, deg=deg)
+    angle = asked or robot.units.angle
+    q = _read_values(robot, values, deg=angle == "deg")
+    _warn_of_limits(robot, q, deg=angle == "deg")
     poses = reference.frames_mp(robot, [str(value) for value in q])
     names = robot.tips if frame is None else (_frame_name(robot, frame, tuple(poses)),)
     say("\n\n".join(_pose(robot, name, poses[name]) for name in names))
+    if any(map(_is_angle, robot.variables)):
+        say(f"angles taken in {angle}, {'as asked' if asked else 'the unit of the file'}")
 
 
 def _read_values(robot: Robot, texts: tuple[str, ...], *, deg: bool) -> list[Decimal]:
     """One exact value for each joint variable, in radians and the file's length unit."""
     wanted = ", ".join(f"{variable.name} [{_unit(robot, variable, deg=deg)}]" for variable in robot.variables)
     if len(texts) != robot.dof:
-        expected = f"{robot.dof} ({wanted})" if robot.dof else "no"
-        raise click.UsageError(f"{robot.name} takes {expected} joint values; {len(texts)} given")
+        given = f"{len(texts)} given" if texts else "none given"
+        listed = f" ({wanted})" if wanted else ""
+        raise click.UsageError(f"{robot.name} takes {robot.dof or 'no'} joint values{listed}, {given}")
     return [_read(variable, text, deg=deg) for variable, text in zip(robot.variables, texts, strict=True)]
 
 
@@ -113,13 +119,16 @@ def _warn_of_limits(robot: Robot, q: list[Decimal], *, deg: bool) -> None:
         unit = _unit(robot, variable, deg=deg)
         factor = checked_value(RADIAN, {}) if unit == "deg" else 1
         shown, least, most = (f"{float(each * factor):.6g}" for each in (value, low, high))
-        hint = "; --deg takes degrees" if unit == "rad" and robot.units.angle == "deg" else ""
-        complain(f"warning: {variable.name} = {shown} {unit} lies outside its limits, {least} to {most} {unit}{hint}")
+        beyond = f"{float(max(low - value, value - high) * factor):.2g} {unit}"
+        where = f"{beyond} outside its limits, {least} to {most} {unit}"
+        complain(f"warning: {variable.name} = {shown} {unit} is {where}")
 
 
 def _frame_name(robot: Robot, frame: str, known: tuple[str, ...]) -> str:
     from kinegen.errors import KinegenError
+    from kinegen.robot.model import ROOT
 
+    known = tuple(name for name in known if name != ROOT)
     if frame.isdecimal() and 1 <= int(frame) <= len(robot.rows):
         return robot.rows[int(frame) - 1].name
     if frame not in known:

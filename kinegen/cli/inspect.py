@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen.cli.terminal import columns, complain, filled, say, strong
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -46,7 +46,11 @@ def _inspect(file: str) -> None:
     robot = load(file)
     found = recognise(robot)
     lines = _family_lines(robot, found) if isinstance(found, Family) else _unknown_lines(robot, found.reasons)
-    say("\n".join([f"{file}: {strong(found.name if isinstance(found, Family) else 'no closed-form inverse')}", *lines]))
+    say(
+        "\n".join(
+            [f"{shown(file)}: {strong(found.name if isinstance(found, Family) else 'no closed-form inverse')}", *lines]
+        )
+    )
 
 
 def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:

@@ -9,8 +9,8 @@
                   negations, divisions, sine_cosines, roots, arc_tangents, selections
     angle_sums    name (`c23`) and angle (`q2 + q3`) of each sum whose sine and cosine are taken once
     files         path and status (`new`, `changed`, `unchanged`, `removed`) of each file
-    proof         holds, reach, and for each comparison target, quantity, poses, holds, worst (joint vector), frame,
-                  position and rotation, each with error and accepted
+    proof         holds, reach, and for each comparison target, quantity, real, poses, holds, share (of the tolerance
+                  that is used), worst (joint vector), frame, position and rotation, each with error and accepted
     stages        name, seconds and detail of each stage
     notes         sentences to be read
 
@@ -60,8 +60,10 @@ def _comparison(comparison: Comparison) -> Record:
     return {
         "target": comparison.target,
         "quantity": str(comparison.quantity),
+        "real": comparison.real,
         "poses": comparison.poses,
         "holds": comparison.holds,
+        "share": comparison.share,
         "worst": list(comparison.worst),
         "frame": comparison.frame,
         "position": {"error": comparison.position_error, "accepted": comparison.position_tolerance},

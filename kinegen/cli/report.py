@@ -6,7 +6,9 @@ import textwrap
 from collections import Counter
 from collections.abc import Iterable
 
+from kinegen.boards.figures import reasons
 from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
+from kinegen.errors import shown
 from kinegen.outputs import Kind, Quantity
 from kinegen.results import BuildResult, Stage
 from kinegen.robot.model import Robot
@@ -61,7 +63,12 @@ def _cost_lines(result: BuildResult) -> list[str]:
         figures = (f"{cost.flash} B", f"{cost.stack} B", str(cost.calls or "-"))
         rows.append((f"    {cost.quantity}", cost.optimisation, *figures))
     title = f"float on {result.costs[0].target} ({result.costs[0].compiler})"
-    return [f"{_INDENT}{strong(title)}", *columns(rows, left=frozenset({0, 1}))]
+    missing = [
+        line
+        for reason in reasons(result.costs)
+        for line in textwrap.wrap(f"{_INDENT}  {reason}", width(), subsequent_indent=f"{_INDENT}    ")
+    ]
+    return [f"{_INDENT}{strong(title)}", *columns(rows, left=frozenset({0, 1})), *missing]
 
 
 def _note_lines(result: BuildResult) -> list[str]:
@@ -73,12 +80,12 @@ def _note_lines(result: BuildResult) -> list[str]:
 
 
 def _file_lines(result: BuildResult) -> list[str]:
-    rows = [(f"{_INDENT}{_STATUS.get(file.status, file.status)}", str(file.path)) for file in result.written]
+    rows = [(f"{_INDENT}{_STATUS.get(file.status, file.status)}", shown(file.path)) for file in result.written]
     return columns(rows, left=frozenset({0, 1}))
 
 
 def _files_line(result: BuildResult) -> str:
-    return f"{_INDENT}{strong('files')} {result.folder}: {_statuses(result.written)}"
+    return f"{_INDENT}{strong('files')} {shown(result.folder)}: {_statuses(result.written)}"
 
 
 def _statuses(written: Iterable[Written]) -> str:
@@ -87,35 +94,44 @@ def _statuses(written: Iterable[Written]) -> str:
 
 
 def _proof_lines(result: BuildResult) -> list[str]:
-    """One row for each way to call the kernels, with the worst of all quantities."""
+    """One row for each form of the kernels: the kernel that uses the greatest share of its tolerance."""
     unit = result.robot.units.length
-    rows = [("proof", "worst in", "poses", f"position [{unit}]", "accepted", "rotation [rad]", "accepted", "")]
-    for target in dict.fromkeys(comparison.target for comparison in result.proof.comparisons):
-        group = [comparison for comparison in result.proof.comparisons if comparison.target == target]
+    heads = (f"position [{unit}]", "accepted", "rotation [rad]", "accepted", "share")
+    rows = [("proof", "worst in", "poses", *heads, "")]
+    for name, group in _by_row(result.proof.comparisons).items():
         worst = max(group, key=_share)
         rows.append(
             (
-                f"  {target}",
+                f"  {name}",
                 str(worst.quantity),
                 f"{sum(comparison.poses for comparison in group):,}",
-                f"{max(comparison.position_error for comparison in group):.1e}",
+                f"{worst.position_error:.1e}",
                 f"{worst.position_tolerance:.1e}",
-                f"{max(comparison.rotation_error for comparison in group):.1e}",
+                f"{worst.rotation_error:.1e}",
                 f"{worst.rotation_tolerance:.1e}",
+                _percent(worst),
                 "holds" if all(comparison.holds for comparison in group) else "FAILS",
             )
         )
-    lines = columns(rows, left=frozenset({0, 1, 7}))
+    lines = columns(rows, left=frozenset({0, 1, 8}))
     coloured = [line.replace("holds", good("holds")).replace("FAILS", bad("FAILS")) for line in lines]
     counts = [line for count in result.proof.counts for line in textwrap.wrap(count, width() - 2 * len(_INDENT))]
     return [*(_INDENT + line for line in coloured), *(_INDENT + line for line in counts), *_worst_lines(result)]
 
 
+def _by_row(comparisons: Iterable[Comparison]) -> dict[str, list[Comparison]]:
+    """Comparisons by the row of the table that they count in, in order."""
+    found: dict[str, list[Comparison]] = {}
+    for comparison in comparisons:
+        found.setdefault(comparison.row or comparison.target, []).append(comparison)
+    return found
+
+
 def _worst_lines(result: BuildResult) -> list[str]:
-    """Where the largest errors were, for each number type."""
+    """Where the largest share of a tolerance is used, for each number type."""
     lines = []
     for real in ("double", "float", "q30"):
-        group = [comparison for comparison in result.proof.comparisons if real in comparison.target]
+        group = [comparison for comparison in result.proof.comparisons if comparison.real == real]
         if not group:
             continue
         worst = max(group, key=_share)
@@ -136,16 +152,17 @@ def _input_names(robot: Robot, quantity: Quantity) -> list[str]:
 
 
 def _share(comparison: Comparison) -> float:
-    """The error as a share of what is accepted."""
-    return max(
-        comparison.position_error / comparison.position_tolerance,
-        comparison.rotation_error / comparison.rotation_tolerance,
-    )
+    return comparison.share
+
+
+def _percent(comparison: Comparison) -> str:
+    """The share of its tolerance that a kernel uses."""
+    return f"{100 * comparison.share:.2g} %"
 
 
 def _proof_line(result: BuildResult) -> str:
     worst = max(result.proof.comparisons, key=_share)
     poses = sum(comparison.poses for comparison in result.proof.comparisons)
     held = good("holds") if result.proof.holds else bad("FAILS")
-    share = f"worst {100 * _share(worst):.2g} % of what is accepted, in {worst.target}"
+    share = f"worst {_percent(worst)} of what is accepted, in {worst.target}"
     return f"{_INDENT}{strong('proof')} {held} for {poses:,} poses; {share}"

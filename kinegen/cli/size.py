@@ -11,7 +11,7 @@ import click
 from kinegen import __version__
 from kinegen.cli.build import INTEGERS, REALS, quantities_of
 from kinegen.cli.terminal import columns, faint, good, say, strong
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
@@ -61,9 +61,10 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     stack          bytes below the caller's
     instructions   of one call (on an AVR: cycles); two numbers where they depend on the angles
 
-    Counts are exact and repeatable, but instructions are no cycles: wait states and the latency of the FPU come on top.
+    Counts are exact and repeatable. They are not cycles: flash wait states and FPU latency add to them.
     """  # noqa: D301 - click wants the character, not the two letters
     from kinegen.boards.cost import measure
+    from kinegen.boards.figures import reasons
     from kinegen.build import lower_file
     from kinegen.emit.fixed import Q30
     from kinegen.emit.reals import Real
@@ -79,13 +80,11 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
         document = {"kinegen": __version__, "format": 1, "file": str(file), "robot": kernels.robot.name}
         say(json.dumps({**document, "target": target.name, "costs": [cost.record() for cost in costs]}, indent=2))
         return
-    say(strong(f"{file} on {target.name}: {target.title}"))
+    say(strong(f"{shown(file)} on {target.name}: {target.title}"))
     say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
     say("\n".join(f"  {line}" for line in _table(costs)))
-    if costs[0].calls is None:
-        packages = " ".join(target.packages()[target.emulator.command[0]])
-        say(f"  instructions need {target.emulator.command[0]} (apt install {packages}); without it the stack")
-        say("  leaves out what the compiler's library takes for arithmetic")
+    for reason in reasons(costs):
+        say(f"  {reason}; the stack then leaves out what the compiler's library takes for arithmetic")
 
 
 def _table(costs: list[Cost]) -> list[str]:

@@ -7,22 +7,39 @@ import re
 import shutil
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import TextIO
 
 import click
+
+from kinegen.errors import OutputError, shown
+
+_CONTROL = re.compile("\x1b\\[[0-9;]*m|[^\\S\n\t ]|[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+"""Colours, and everything else that a terminal would not print but heed."""
 
 WIDEST = 120
 NARROWEST = 60
 
 
 def say(text: str = "") -> None:
-    """Print a line on stdout; its colours are left out unless a terminal shows them."""
-    click.echo(text, color=_has_colours(sys.stdout))
+    """Print lines on stdout; colours are left out unless a terminal shows them, other control characters escaped.
+
+    Raises:
+        OutputError: If stdout takes no more, as on a full disk.
+    """
+    safe = _CONTROL.sub(lambda found: found[0] if found[0].startswith("\x1b[") else shown(found[0]), text)
+    try:
+        click.echo(safe, color=_has_colours(sys.stdout))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError(f"cannot print: {error.strerror or error}") from error
 
 
 def complain(text: str) -> None:
-    """Print a line on stderr."""
-    click.echo(text, err=True, color=_has_colours(sys.stderr))
+    """Print one line on stderr; whatever would make it more than a line is escaped."""
+    with suppress(OSError):  # there is nowhere left to say so
+        click.echo(shown(text), err=True)
 
 
 def _has_colours(stream: TextIO) -> bool:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.cli.workspace_report import Study, document, report
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, shown
+from kinegen.workspace.options import MOST_SAMPLES, Plane, SurveyOptions
 
 if TYPE_CHECKING:
     from kinegen.workspace.dexterous import Dexterity, Turning
@@ -26,15 +29,30 @@ def _whole(_context: click.Context, _parameter: click.Parameter, text: str) -> i
         number = float(text)
     except ValueError:
         raise click.BadParameter(f"{text!r} is not a number") from None
-    if not number.is_integer() or not 1 <= number <= 1e11:
-        raise click.BadParameter(f"{text} is not a whole number from 1 to 1e11")
+    if not number.is_integer() or not 1 <= number <= MOST_SAMPLES:
+        raise click.BadParameter(f"{text} is not a whole number from 1 to {MOST_SAMPLES:.0e}".replace("e+", "e"))
     return int(number)
 
 
 def _length(_context: click.Context, _parameter: click.Parameter, value: float | None) -> float | None:
     if value is not None and not 1e-300 < value < 1e300:
-        raise click.BadParameter(f"{value:g} is no length of a voxel (expected more than 0)")
+        raise click.BadParameter(f"{value:g} is not a length of a voxel (expected more than 0)")
     return value
+
+
+def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> tuple[Plane, ...]:
+    """Planes such as y=0, in the order in which they are to be drawn."""
+    planes = []
+    for text in texts:
+        axis, _, number = text.replace(" ", "").partition("=")
+        try:
+            plane = Plane(("x", "y", "z").index(axis), float(number))
+        except ValueError:
+            raise click.BadParameter(f"{text!r} is not a plane (expected x=..., y=... or z=..., such as y=0)") from None
+        if not math.isfinite(plane.at):
+            raise click.BadParameter(f"{text!r} is not a plane (expected a finite number)")
+        planes.append(plane)
+    return tuple(planes)
 
 
 @click.command("workspace", short_help="Measures and draws what the tip reaches.")
@@ -52,12 +70,20 @@ def _length(_context: click.Context, _parameter: click.Parameter, value: float |
     metavar="LENGTH",
     type=float,
     callback=_length,
-    help="Edge of a voxel, in the unit of the file; by default one that the samples can fill.",
+    help="Edge of a voxel, in the unit of the file; by default one that the samples fill.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other samples.")
-@click.option("--tip", metavar="NAME", help="Which tip of a tree.")
+@click.option("--tip", metavar="NAME", help="A tip of a tree, a link, a named frame, or wrist_centre.")
 @click.option("--limits-from", metavar="FILE", type=click.Path(), help="Another robot file to take joint limits from.")
 @click.option("--slices", metavar="FILE", type=click.Path(path_type=Path), help="Draw slices: .png or .svg.")
+@click.option(
+    "--plane",
+    "planes",
+    metavar="AXIS=VALUE",
+    multiple=True,
+    callback=_planes,
+    help="A plane for --slices, such as y=0, in the unit of the file; may be given again.",
+)
 @click.option("--cloud", metavar="FILE", type=click.Path(path_type=Path), help="Write points: .npz or .parquet.")
 @click.option(
     "--threads",
@@ -75,35 +101,40 @@ def command(
     tip: str | None,
     limits_from: str | None,
     slices: Path | None,
+    planes: tuple[Plane, ...],
     cloud: Path | None,
     threads: int,
     as_json: bool,
 ) -> None:
-    """Samples the poses of a robot within its joint limits and says what its tip reaches.
+    """Samples the poses of a robot within its joint limits and reports what its tip reaches.
 
-    Extents and distances are searched on from the best samples, which gives them many digits. Volume (area, where the
-    tip stays in a plane) is that of the voxels that were hit; it comes with the same figure from half of the samples
-    and from voxels of half the size, which tell how far it can be trusted. Joints without limits make a full turn. The
-    dexterous part, where the tip can stand in every orientation, takes an arm with a closed-form inverse.
+    A search from the best samples refines extents and distances to many digits. Volume (area, where the tip stays in a
+    plane) is that of the voxels that were hit. The same figure from half of the samples and from voxels of half the
+    size shows how far it can be trusted. Joints without limits make a full turn. The dexterous part, where the tip can
+    have every orientation, needs an arm with a closed-form inverse.
 
     \b
         kinegen workspace robots/puma560.yaml
-        kinegen workspace robots/puma560.yaml --slices puma560.svg --cloud puma560.npz
+        kinegen workspace robots/puma560.yaml --slices puma560.svg --plane y=0 --cloud puma560.npz
+        kinegen workspace robots/puma560.yaml --tip wrist_centre
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
     for path, check in ((slices, _check_picture), (cloud, _check_cloud)):
         if path is not None:
             check(path)
-    study = _study(file, tip, limits_from, samples, voxel, seed, threads)
-    written = _write(study, slices, cloud)
+    if planes and slices is None:
+        raise click.UsageError("--plane chooses what --slices draws; name its file with --slices")
+    warn_of_cache()
+    study = _study(file, tip, limits_from, SurveyOptions(samples, voxel, seed, threads))
+    written = _write(study, slices, planes, cloud)
     if as_json:
         say(json.dumps(document(study, written), indent=2))
         return
     if study.workspace.tip.backend != "c":
-        complain("warning: there is no C compiler, so NumPy evaluates, which takes several times longer")
-    say(strong(f"{file}: workspace of {study.workspace.tip.name}"))
+        complain("warning: there is no C compiler, so NumPy evaluates, which takes many times longer")
+    say(strong(f"{shown(file)}: workspace of {study.workspace.tip.name}"))
     say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
-        say(f"  wrote {path}")
+        say(f"  wrote {shown(path)}")
 
 
 def _check_picture(path: Path) -> None:
@@ -118,23 +149,21 @@ def _check_cloud(path: Path) -> None:
     check_cloud(path)
 
 
-def _study(
-    file: Path, tip: str | None, limits_from: str | None, samples: int, voxel: float | None, seed: int, threads: int
-) -> Study:
+def _study(file: Path, tip: str | None, limits_from: str | None, options: SurveyOptions) -> Study:
     from kinegen.build import lower_file
-    from kinegen.outputs import Quantity
     from kinegen.robot.load import load
     from kinegen.workspace.dexterous import find_turning
     from kinegen.workspace.ranges import joint_ranges
-    from kinegen.workspace.survey import SurveyOptions, survey
-    from kinegen.workspace.tip import find_tip
+    from kinegen.workspace.survey import survey
+    from kinegen.workspace.tip import find_tip, position_of
 
-    kernels = lower_file(file, (Quantity.POSITION,))
+    kernels = lower_file(file, (position_of(load(file), tip),))
     ranges = joint_ranges(kernels.robot, None if limits_from is None else load(limits_from))
-    options = SurveyOptions(samples, voxel, seed, threads)
-    workspace = survey(kernels.robot, find_tip(kernels, tip), ranges, options)
+    workspace = survey(kernels.robot, find_tip(kernels), ranges, options)
     turning = find_turning(kernels.robot, workspace)
     reason = _no_dexterity(turning, workspace)
+    if not reason and workspace.tip.name not in kernels.robot.tips:
+        reason = "not measured, since the inverse is that of the tool"
     if not reason and limits_from is not None:
         reason = "not measured, since the inverse keeps to the limits of its own file"
     dexterity = reason or _dexterity(file, ranges, workspace, turning)
@@ -168,16 +197,16 @@ def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turn
     return dexterous_part(workspace, turning, find_inverse(kernels, ranges))
 
 
-def _write(study: Study, slices: Path | None, cloud: Path | None) -> list[Path]:
+def _write(study: Study, slices: Path | None, planes: tuple[Plane, ...], cloud: Path | None) -> list[Path]:
     from kinegen.workspace.cloud import pack
     from kinegen.workspace.slices import draw
-    from kinegen.write import write_files
+    from kinegen.write import write_file
 
     contents = {}
     if slices is not None:
-        contents[slices] = draw(study.workspace, slices.suffix)
+        contents[slices] = draw(study.workspace, slices.suffix, planes)
     if cloud is not None:
         contents[cloud] = pack(study.workspace, study.ranges, cloud.suffix)
     for path, content in contents.items():
-        write_files(path.parent, {path.name: content})
+        write_file(path, content)
     return list(contents)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from kinegen import __version__
 from kinegen.cli.terminal import columns, faint, strong
+from kinegen.workspace.units import MEASURES, in_words
 
 if TYPE_CHECKING:
     from kinegen.workspace.dexterous import Dexterity, Turning
+    from kinegen.workspace.options import SurveyOptions
     from kinegen.workspace.ranges import Range
-    from kinegen.workspace.survey import SurveyOptions, Tally, Workspace
-
-_MEASURES = {1: ("length", ""), 2: ("area", "²"), 3: ("volume", "³")}
+    from kinegen.workspace.survey import Workspace
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,23 +83,27 @@ def _counts(workspace: Workspace) -> Iterator[str]:
         held = {2: "in a plane", 3: "in space"}.get(len(shape.axes), "")
         yield f"the tip sweeps a {shape.kind} {held}".rstrip() + ", which has no volume; its size is not measured"
         return
-    what, power = _MEASURES[shape.dimension]
+    what = MEASURES[shape.dimension]
     rows = [("", "voxel", "poses", "voxels hit", what, "")]
     before = None
     stages = ("half of the samples", "all samples", "and searched at the rim", "the same, finer")
     for stage, count in zip(stages, workspace.tally.counts, strict=True):
         measure = count.measure or 0.0
         change = f"{(measure / before - 1) * 100:+.2f} %" if before else ""
-        cells = f"{count.voxel:g} {unit}", f"{count.poses:,}", f"{count.hit:,}", f"{measure:.4g} {unit}{power}"
+        cells = (
+            f"{count.voxel:g} {unit}",
+            f"{count.poses:,}",
+            f"{count.hit:,}",
+            in_words(measure, shape.dimension, unit),
+        )
         rows.append((stage, *cells, change))
         before = measure
     yield from columns(rows, left=frozenset({0}))
     yield ""
     where = f", in the plane of {' and '.join(shape.names)}" if shape.dimension == 2 else ""
-    yield strong(f"{what} {workspace.tally.counts[2].measure:.4g} {unit}{power}{where}")
-    yield faint(
-        "more likely low than high, as voxels that no pose hit are missing; the finer line tells what size does"
-    )
+    whole = in_words(workspace.tally.counts[2].measure or 0.0, shape.dimension, unit)
+    yield strong(f"{what} {whole}{where}")
+    yield faint("probably an underestimate: voxels that no sample hit are not counted; compare the finer grid")
 
 
 def _dexterous(study: Study) -> Iterator[str]:
@@ -108,16 +112,12 @@ def _dexterous(study: Study) -> Iterator[str]:
         yield f"dexterous part: {found}"
         return
     shape, unit = study.workspace.shape, study.workspace.unit
-    what, power = _MEASURES[shape.dimension]
-    yield strong(f"dexterous part {found.measure:.4g} {unit}{power}{_share(found, study.workspace.tally, what)}")
+    what = MEASURES[shape.dimension]
+    part = in_words(found.measure, shape.dimension, unit)
+    yield strong(f"dexterous part {part}, {found.share:.1%} of the {what}")
     ways = "about one line" if study.turning.freedom == 1 else "in space"
-    tried = f"{found.orientations} orientations {ways} stand for all, at the middles of {found.voxels:,} voxels"
-    yield faint(f"more likely high than low: {tried}")
-
-
-def _share(found: Dexterity, tally: Tally | None, what: str) -> str:
-    whole = tally.counts[2].measure if tally is not None else None
-    return f", {found.measure / whole:.1%} of the {what}" if whole else ""
+    tried = f"only {found.orientations} orientations {ways} were tried, at one point in each of {found.voxels:,} voxels"
+    yield faint(f"probably an overestimate: {tried}")
 
 
 def document(study: Study, written: list[Path]) -> dict[str, Any]:

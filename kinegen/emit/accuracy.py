@@ -59,21 +59,31 @@ def error_bound(kernels: Kernels, program: Program, real: Real, widest: bool = F
         Bounds for all joint values in the box; see `kinegen.ir.bounds`.
     """
     limit = SINCOS[real].limit
+    joints = fraction_box(kernels.robot, limit if widest else None)
+    return bound_over(program, Ranges(joints, kernels.defaults), NUMBER_TYPES[real])
+
+
+def fraction_box(robot: Robot, free: float | None = None) -> tuple[tuple[Fraction, Fraction], ...]:
+    """The joint box, and a little more, since its ends are rounded to the number type.
+
+    Args:
+        robot: The robot.
+        free: How far angles without limits go to either side; as in `robot.extent.joint_box` if left out.
+    """
     box = [
-        (-limit, limit) if widest and _is_free_angle(variable) else ends
-        for variable, ends in zip(kernels.robot.variables, joint_box(kernels.robot), strict=True)
+        (-free, free) if free is not None and _is_free_angle(variable) else ends
+        for variable, ends in zip(robot.variables, joint_box(robot), strict=True)
     ]
-    joints = tuple(
+    return tuple(
         (Fraction(low) - abs(Fraction(low)) * _MARGIN, Fraction(high) + abs(Fraction(high)) * _MARGIN)
         for low, high in box
     )
-    return _bound(program, Ranges(joints, kernels.defaults), real)
 
 
 @lru_cache(maxsize=64)
-def _bound(program: Program, ranges: Ranges, real: Real) -> ErrorBound:
-    """Scalar and batch kernels ask for the same bounds."""
-    return bound(program, ranges, NUMBER_TYPES[real])
+def bound_over(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:
+    """What is proven of a program over some ranges of its inputs; computed once for headers, notes and proofs."""
+    return bound(program, ranges, real)
 
 
 def has_free_angles(robot: Robot) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
@@ -10,13 +11,12 @@ from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import comment_text
 from kinegen.outputs import Quantity
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, JointType, Robot
 
 _PARTS = ("batch", "tile", "arrays", "pointers", "expected", "accepted")
 """What follows the names of functions in names that C files and extensions need besides."""
-
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def joint_lines(robot: Robot) -> tuple[str, ...]:
         unit = robot.units.length if variable.type is JointType.PRISMATIC else "rad"
         limits = "no limits"
         if variable.limits is not None:
-            low, high = (_decimal(bound) for bound in variable.limits)
+            low, high = map(_outwards, variable.limits, (ROUND_FLOOR, ROUND_CEILING))
             limits = f"{low} to {high}"
         index = f"q[{variable.index}]"
         lines.append(f"{index:<{place}}  {variable.name:<{width}}  {variable.type.value:<9}  {unit:<3}  {limits}")
@@ -87,8 +87,14 @@ def parameter_lines(robot: Robot) -> tuple[str, ...]:
     )
 
 
+def _outwards(limit: Expression, rounding: str) -> str:
+    """A limit with six digits that leave no joint value between the limits outside."""
+    exact = Decimal(repr(float(evaluate(limit, {}, FLOATS))))
+    return f"{float(Context(prec=6, rounding=rounding).plus(exact)):.6g}"
+
+
 def _decimal(expression: Expression) -> str:
-    return f"{evaluate(expression, {}, _FLOATS):.6g}"
+    return f"{evaluate(expression, {}, FLOATS):.6g}"
 
 
 def operation_line(program: Program) -> str:

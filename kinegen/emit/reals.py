@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import struct
-from enum import StrEnum
 from fractions import Fraction
+
+from kinegen.older import StrEnum
 
 _INFINITY = 0x7F800000
 _SMALLEST_NORMAL = 2.0**-126

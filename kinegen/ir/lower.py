@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 
 import sympy as sp
 
@@ -20,13 +21,14 @@ from kinegen.ir.signs import absorb_signs
 from kinegen.ir.values import Value, Values
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
-from kinegen.symbolic.expressions import Expressions
+from kinegen.symbolic.expressions import IN_SINGLE, Expressions
 from kinegen.symbolic.transforms import EXACT
 
 DIGITS = 150
 _NEGLIGIBLE = Fraction(1, 10**120)
 
 
+@lru_cache(maxsize=32)
 def lower(expressions: Expressions) -> Program:
     """Lower one kinematic quantity to straight-line code.
 
@@ -71,10 +73,10 @@ class _Lowering:
 
     def value(self, expression: sp.Expr) -> Value:
         """The numbered value of an expression, with its sign."""
-        if expression.is_Symbol:
+        if expression.is_Symbol and expression != IN_SINGLE:
             return self.known[expression]
-        if not expression.free_symbols:
-            return self.values.constant(exact_number(expression))
+        if expression.free_symbols <= {IN_SINGLE}:
+            return self._number(expression)
         if isinstance(expression, sp.Add):
             return self.values.total([self.value(term) for term in sorted(expression.args, key=self._rank)])
         if isinstance(expression, sp.Mul):
@@ -113,10 +115,10 @@ class _Lowering:
 
     def _rank(self, expression: sp.Expr) -> tuple[int, ...]:
         """The place of a term or factor among others: by the values in it, whatever sympy's own order is."""
+        if expression.free_symbols <= {IN_SINGLE}:
+            return (-1,)
         if expression.is_Symbol:
             return (self.known[expression][1],)
-        if not expression.free_symbols:
-            return (-1,)
         if isinstance(expression, (sp.sin, sp.cos)):
             angle = self.value(expression.args[0])[1]
             return (self.values.apply(Operator.SIN if isinstance(expression, sp.sin) else Operator.COS, angle),)
@@ -124,11 +126,17 @@ class _Lowering:
 
     def _product(self, expression: sp.Mul) -> Value:
         """Constant factors are one constant, so that exact numbers are rounded once."""
-        constant, moving = expression.as_independent(*expression.free_symbols, as_Add=False)
+        constant, moving = expression.as_independent(*(expression.free_symbols - {IN_SINGLE}), as_Add=False)
         factors = [self.value(factor) for factor in sorted(sp.Mul.make_args(moving), key=self._rank)]
         if constant != 1:
-            factors.append(self.values.constant(exact_number(constant)))
+            factors.append(self._number(constant))
         return self.values.product(factors)
+
+    def _number(self, expression: sp.Expr) -> Value:
+        """A constant, of each number type its own."""
+        if not expression.free_symbols:
+            return self.values.constant(exact_number(expression))
+        return self.values.constant(*(exact_number(expression.subs(IN_SINGLE, kind)) for kind in (0, 1)))
 
     def _power(self, expression: sp.Pow) -> Value:
         base, exponent = self.value(expression.base), Fraction(int(expression.exp.p), int(expression.exp.q))

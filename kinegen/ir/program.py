@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 from fractions import Fraction
 
+from kinegen.older import StrEnum
 from kinegen.outputs import Quantity, Signature
 
 
@@ -57,9 +57,23 @@ class RuntimeParameter:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number, exact or to well over a hundred digits; emitters round it once, to their own type."""
+    """A number, exact or to well over a hundred digits; emitters round it once, to their own type.
+
+    Attributes:
+        value: The number.
+        single: The number that single precision takes instead, for tolerances; None where it takes the same one.
+    """
 
     value: Fraction
+    single: Fraction | None = None
+
+    def of(self, is_single: bool) -> Fraction:
+        """The number that a type takes."""
+        return self.value if self.single is None or not is_single else self.single
+
+    def times(self, sign: int) -> Constant:
+        """The same with a sign, 1 or -1, in front."""
+        return Constant(sign * self.value, None if self.single is None else sign * self.single)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,10 @@ outputs do; an operand that is a negation is such a need, and becomes a statemen
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 from kinegen.ir.program import Constant, Operator
 from kinegen.ir.values import Node, Value, Values
@@ -35,19 +37,23 @@ def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list
         New values, and the number of each output among them.
     """
     live = _live(values, outputs)
-    search = _Search(values, tuple(outputs), live, (*outputs, *_strict_operands(values, live)), _angles(values, live))
+    wanted = (*outputs, *_strict_operands(values, live))
+    search = _Search(
+        values, tuple(outputs), live, wanted, _users(values, live), _signs_wanted(wanted), _angles(values, live)
+    )
     choice: Choice = frozenset()
-    best = len(search.negations(search.stored(choice)))
+    signs = search.stored(choice)
     improved = True
-    while improved and best:
+    while improved:
         improved = False
-        for output in sorted(search.negations(search.stored(choice))):
+        for output in sorted(search.negations(signs)):
             for move in search.moves(output):
-                remaining = len(search.negations(search.stored(choice ^ move)))
-                if remaining < best:
-                    choice, best, improved = choice ^ move, remaining, True
+                changed = search.changed(signs, choice ^ move, move)
+                if search.gain(signs, changed) > 0:
+                    choice, improved = choice ^ move, True
+                    signs |= changed
                     break
-    return _rebuild(search, search.stored(choice))
+    return _rebuild(search, signs)
 
 
 def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
@@ -57,6 +63,22 @@ def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
         if number in needed and isinstance(node, Node):
             needed.update(node.operands)
     return tuple(sorted(needed))
+
+
+def _users(values: Values, live: Sequence[int]) -> dict[int, list[int]]:
+    found: dict[int, list[int]] = {}
+    for number in live:
+        node = values.nodes[number]
+        for operand in dict.fromkeys(node.operands) if isinstance(node, Node) else ():
+            found.setdefault(operand, []).append(number)
+    return found
+
+
+def _signs_wanted(wanted: Sequence[Value]) -> dict[int, frozenset[int]]:
+    found: dict[int, frozenset[int]] = {}
+    for sign, number in wanted:
+        found[number] = found.get(number, frozenset()) | {sign}
+    return found
 
 
 def _strict_operands(values: Values, live: Sequence[int]) -> Iterator[Value]:
@@ -86,6 +108,8 @@ class _Search:
         outputs: Signed outputs.
         live: The values that lead to an output.
         wanted: The outputs, and the signed operands of strict operators.
+        users: For each value those computed from it.
+        signs_wanted: For each value that is wanted the signs it is wanted with.
         angles: Values with a sine or cosine, which keep their sign where they can: c1m2 is not called cm12.
     """
 
@@ -93,6 +117,8 @@ class _Search:
     outputs: tuple[Value, ...]
     live: tuple[int, ...]
     wanted: tuple[Value, ...]
+    users: Mapping[int, Sequence[int]]
+    signs_wanted: Mapping[int, frozenset[int]]
     angles: frozenset[int]
 
     def is_constant(self, number: int) -> bool:
@@ -110,7 +136,37 @@ class _Search:
                 signs[number] = (-1 if number in choice else 1) if free else forced
         return signs
 
-    def _sign(self, node: Node, signs: dict[int, int]) -> tuple[bool, int]:
+    def changed(self, signs: dict[int, int], choice: Choice, move: Choice) -> dict[int, int]:
+        """The signs that differ after a move; only what depends on the moved values is looked at."""
+        found: dict[int, int] = {}
+        pending = sorted(move)
+        now = ChainMap(found, signs)
+        while pending:
+            number = heappop(pending)
+            while pending and pending[0] == number:
+                heappop(pending)
+            node = self.values.nodes[number]
+            if not isinstance(node, Node) or number not in signs:
+                continue
+            free, forced = self._sign(node, now)
+            free = free and number not in self.angles
+            sign = (-1 if number in choice else 1) if free else forced
+            if sign != signs[number]:
+                found[number] = sign
+                for user in self.users.get(number, ()):
+                    heappush(pending, user)
+        return found
+
+    def gain(self, signs: dict[int, int], changed: dict[int, int]) -> int:
+        """By how many negations fewer there are after a change."""
+        gained = 0
+        for number, sign in changed.items():
+            if not self.is_constant(number):
+                wanted = self.signs_wanted.get(number, frozenset())
+                gained += any(one != signs[number] for one in wanted) - any(one != sign for one in wanted)
+        return gained
+
+    def _sign(self, node: Node, signs: Mapping[int, int]) -> tuple[bool, int]:
         """Whether the sign of a result is free, and what it is if not."""
         if node.operator is Operator.SIN:  # an odd function
             return False, signs[node.operands[0]]
@@ -165,7 +221,7 @@ def _supplied(search: _Search, values: Values, signs: dict[int, int], moved: dic
     sign, number = wanted
     node = search.values.nodes[number]
     if isinstance(node, Constant):
-        return values.number(Constant(sign * node.value))
+        return values.number(node.times(sign))
     return moved[number] if sign == signs[number] else values.apply(Operator.NEG, moved[number])
 
 
@@ -200,4 +256,4 @@ def _negated(values: Values, constant: int) -> int:
     node = values.nodes[constant]
     if not isinstance(node, Constant):
         raise ValueError("only a constant changes its sign for nothing")
-    return values.number(Constant(-node.value))
+    return values.number(node.times(-1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -38,9 +39,10 @@ class Values:
         """A runtime parameter."""
         return self.number(RuntimeParameter(name))
 
-    def constant(self, value: Fraction) -> Value:
-        """A constant; its number stands for the magnitude."""
-        return (-1 if value < 0 else 1), self.number(Constant(abs(value)))
+    def constant(self, value: Fraction, single: Fraction | None = None) -> Value:
+        """A constant; its number stands for the magnitude. `single` is what single precision takes instead."""
+        sign = -1 if value < 0 else 1
+        return sign, self.number(Constant(abs(value), None if single in (None, value) else sign * single))
 
     def apply(self, operator: Operator, *operands: int) -> int:
         """An operation; operands of a sum or product are put in order of first use."""
@@ -49,10 +51,11 @@ class Values:
 
     def total(self, terms: Sequence[Value]) -> Value:
         """Add signed values: constants together, the rest in order of first use, a positive one first."""
-        constant = sum((sign * known.value for sign, known in self._constants(terms)), Fraction(0))
+        constants = [known.times(sign) for sign, known in self._constants(terms)]
+        constant, single = (sum((each.of(kind) for each in constants), Fraction(0)) for kind in (False, True))
         moving = sorted((term for term in terms if self._constant(term[1]) is None), key=lambda term: term[1])
-        if constant or not moving:
-            moving.append(self.constant(constant))
+        if constant or single or not moving:
+            moving.append(self.constant(constant, single))
         lead = next((place for place, (sign, _) in enumerate(moving) if sign > 0), None)
         outer = 1 if lead is not None else -1
         first = moving.pop(lead or 0)[1]
@@ -62,18 +65,19 @@ class Values:
 
     def product(self, factors: Sequence[Value]) -> Value:
         """Multiply signed values: constants together, the rest in order of first use."""
-        constant = Fraction(1)
-        for known_sign, known in self._constants(factors):
-            constant *= known_sign * known.value
+        constants = [known.times(sign) for sign, known in self._constants(factors)]
+        constant, single = (
+            math.prod((each.of(kind) for each in constants), start=Fraction(1)) for kind in (False, True)
+        )
         moving = sorted(factor for _, factor in factors if self._constant(factor) is None)
-        sign = -1 if constant < 0 else 1
+        sign, magnitude = self.constant(constant, single)
         for factor_sign, factor in factors:
             if self._constant(factor) is None:
                 sign *= factor_sign
-        if constant == 0 or not moving:
-            return self.constant(sign * abs(constant))
-        if abs(constant) != 1:
-            moving.append(self.constant(abs(constant))[1])
+        if constant == single == 0 or not moving:
+            return sign, magnitude
+        if abs(constant) != 1 or single != constant:
+            moving.append(magnitude)
         result = moving[0]
         for factor in moving[1:]:
             result = self.apply(Operator.MUL, result, factor)

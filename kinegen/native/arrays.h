@@ -118,6 +118,19 @@ static int is_behaved(PyArrayObject *array, int flags)
     return PyArray_CHKFLAGS(array, NPY_ARRAY_ALIGNED | flags) && PyArray_ISNBO(PyArray_DESCR(array)->byteorder);
 }
 
+/* Whether a step of this many bytes stays within an entry of that size, so that entries lie over each other. */
+static int is_within(npy_intp step, npy_intp size)
+{
+    return -size < step && step < size;
+}
+
+/* Bytes of what one configuration has in an array. */
+static npy_intp entry_size(PyArrayObject *array, int lead, npy_intp size)
+{
+    for (int i = lead; i < PyArray_NDIM(array); ++i) size *= PyArray_DIM(array, i);
+    return size;
+}
+
 /* Find where an array lies, if the kernel can use it there. Poses are the leading axes. */
 static int find_place(PyArrayObject *array, int lead, npy_intp count, npy_intp size, int is_result, int layout, Place *found)
 {
@@ -128,10 +141,13 @@ static int find_place(PyArrayObject *array, int lead, npy_intp count, npy_intp s
     found->pose = pose / size;
     found->joint = 1;
     if (is_result && layout == LAYOUT_JOINT_MAJOR) {
-        if ((count > 1 && pose != size) || PyArray_STRIDE(array, lead) % size != 0) return 0;
+        const npy_intp row = PyArray_STRIDE(array, lead);
+        if ((count > 1 && pose != size) || row % size != 0) return 0;
+        if (PyArray_DIM(array, lead) > 1 && is_within(row, count * size)) return 0;
         found->pose = PyArray_STRIDE(array, lead) / size;
         return 1;
     }
+    if (is_result && count > 1 && is_within(pose, entry_size(array, lead, size))) return 0;
     if (is_result || !vector) return is_dense(array, lead, size);
     if (PyArray_STRIDE(array, lead) % size != 0) return 0;
     found->joint = PyArray_STRIDE(array, lead) / size;

@@ -1,46 +1,63 @@
-"""Compiled extensions that are kept from one build to the next, in the user's cache folder.
+"""What is kept from one build to the next, in the user's cache folder: compiled extensions, proofs and figures.
 
 Every entry is one file, named after a digest of all that went into it, and begins with a digest of its content, so
-that a damaged one is noticed. A cache that cannot be written is done without.
+that a damaged one is noticed. Records are JSON with the shape of their types (see `records`); nothing that is read can
+run. A folder or an entry of another user, or one that others may write to, is not used. A cache that cannot be written
+is done without.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import json
 import os
 import shutil
+import stat
 import tempfile
 from pathlib import Path
+from typing import Any, TypeVar
+
+from kinegen.records import from_plain, to_plain
+
+Record = TypeVar("Record")
 
 _ENTRIES = 200
-"""Extensions kept, at some 100 kB each."""
+"""Entries kept; the largest are extensions, at some 100 kB each."""
 
 _FAILURES = 10
 """Folders of refused sources kept."""
 
 _DIGEST = 32
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class Cache:
-    """The folder of compiled extensions.
+    """The folder of what is kept.
 
     Args:
-        folder: Where it lies; by default `kinegen` in the user's cache folder.
+        folder: Where it is; by default `kinegen` in the user's cache folder, and nowhere if there is no home folder.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder or _user_cache() / "kinegen"
+        self.folder = folder or _user_folder()
+        self.refusal = "" if self.folder is None else _refusal(self.folder)
+        """Why the folder is not used, in one line; empty where it is."""
 
     def key(self, *parts: object) -> str:
         """The name of an entry, from everything that decides its content."""
-        return hashlib.sha256(repr(parts).encode()).hexdigest()
+        return hashlib.sha256(repr(parts).encode(errors="surrogatepass")).hexdigest()
 
     def load(self, key: str) -> bytes | None:
-        """The content of an entry, or None where there is none or it is damaged."""
+        """The content of an entry, or None where there is none, or it is damaged, or not of this user alone."""
         path = self._path(key)
+        if path is None:
+            return None
         try:
-            data = path.read_bytes()
+            with path.open("rb") as file:
+                if not _is_own(os.fstat(file.fileno())):
+                    return None
+                data = file.read()
         except OSError:
             return None
         digest, content = data[:_DIGEST], data[_DIGEST:]
@@ -53,8 +70,10 @@ class Cache:
     def save(self, key: str, content: bytes) -> None:
         """Keep an entry; nothing happens where the folder cannot be written."""
         path = self._path(key)
+        if path is None:
+            return
         with contextlib.suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            _make_private(path.parent)
             handle, name = tempfile.mkstemp(dir=path.parent)
             try:
                 with os.fdopen(handle, "wb") as file:
@@ -64,6 +83,32 @@ class Cache:
                 Path(name).unlink(missing_ok=True)
                 raise
             _prune(path.parent, _ENTRIES)
+
+    def forget(self, key: str) -> None:
+        """Remove an entry."""
+        path = self._path(key)
+        if path is not None:
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+    def load_record(self, key: str, kind: type[Record]) -> Record | None:
+        """A record that was kept, or None where there is none, or what is kept has another shape.
+
+        Args:
+            key: Name of the entry.
+            kind: The type of the record.
+        """
+        known = self.load(key)
+        if known is None:
+            return None
+        try:
+            return from_plain(kind, json.loads(known))
+        except (ValueError, TypeError, RecursionError):
+            return None
+
+    def save_record(self, key: str, record: Any) -> None:
+        """Keep a record."""
+        self.save(key, json.dumps(to_plain(record)).encode())
 
     def keep(self, key: str, folder: Path) -> Path:
         """Copy a folder of refused sources to where a person can look at it.
@@ -75,22 +120,59 @@ class Cache:
         Returns:
             Where the copy lies: in the cache, or else in the folder for temporary files.
         """
-        target = self.folder / "refused" / key[:16]
-        try:
-            shutil.copytree(folder, target, dirs_exist_ok=True)
-            _prune(target.parent, _FAILURES)
-        except OSError:
-            target = Path(tempfile.mkdtemp(prefix="kinegen-refused-"))
-            shutil.copytree(folder, target, dirs_exist_ok=True)
+        if self.folder is not None and not self.refusal:
+            target = self.folder / "refused" / key[:16]
+            with contextlib.suppress(OSError):
+                _make_private(target.parent)
+                shutil.copytree(folder, target, dirs_exist_ok=True)
+                _prune(target.parent, _FAILURES)
+                return target
+        target = Path(tempfile.mkdtemp(prefix="kinegen-refused-"))
+        shutil.copytree(folder, target, dirs_exist_ok=True)
         return target
 
-    def _path(self, key: str) -> Path:
-        return self.folder / "extensions" / key
+    def _path(self, key: str) -> Path | None:
+        return self.folder / "extensions" / key if self.folder and key and not self.refusal else None
 
 
-def _user_cache() -> Path:
+def _user_folder() -> Path | None:
     named = os.environ.get("XDG_CACHE_HOME", "")
-    return Path(named) if Path(named).is_absolute() else Path("~/.cache").expanduser()
+    if Path(named).is_absolute():
+        return Path(named) / "kinegen"
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return None
+    # A home folder that does not exist, as some service users have, is not made.
+    return home / ".cache" / "kinegen" if os.environ.get("HOME", "?") and home.is_dir() else None
+
+
+def _refusal(folder: Path) -> str:
+    """Why a folder is not to be trusted; empty if it is, or does not exist yet."""
+    for place in (folder, folder / "extensions"):
+        try:
+            status = place.stat()
+        except OSError:
+            continue
+        if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
+            return f"the cache {place} is not used, since it belongs to another user; XDG_CACHE_HOME can name another"
+        if os.name == "posix" and status.st_mode & _OTHERS_WRITE:
+            return f"the cache {place} is not used, since other users may write to it; delete it, and it is made anew"
+    return ""
+
+
+def _is_own(status: os.stat_result) -> bool:
+    """Whether a file belongs to this user and nobody else may write to it."""
+    if os.name != "posix":
+        return True
+    return status.st_uid == os.geteuid() and not status.st_mode & _OTHERS_WRITE
+
+
+def _make_private(folder: Path) -> None:
+    """Make a folder and those above it, for this user alone, whatever new folders are usually open to."""
+    for place in reversed((folder, *folder.parents)):
+        if not place.is_dir():
+            place.mkdir(mode=0o700, exist_ok=True)
 
 
 def _prune(folder: Path, keep: int) -> None:

@@ -1,7 +1,7 @@
 """From C text to the compiled extension: one shared library, built in a folder of its own and remembered.
 
 In: C files by name, their compilations, the declarations for cffi. Out: the bytes of `_native.abi3.so`, which serves
-every CPython from 3.11 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to
+every CPython from 3.10 on. The C is compiled as it is, in a temporary folder; where the result goes is for others to
 say.
 """
 
@@ -23,6 +23,7 @@ import numpy as np
 from cffi.recompiler import make_c_source
 
 from kinegen.errors import CompileError, MissingToolError
+from kinegen.manifest import sealed
 from kinegen.naming import EXTENSION
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import Compiler, find_compiler
@@ -30,6 +31,14 @@ from kinegen.native.dispatch import Unit
 from kinegen.native.glue import GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
+
+# The module is what cffi makes, with the functions of calls.h.
+_PREAMBLE = f"""#include "{HEADER}"
+PyObject *kinegen_with_calls(PyObject *module);
+static PyObject *kinegen_cffi_module(void);
+PyMODINIT_FUNC PyInit__native(void) {{ return kinegen_with_calls(kinegen_cffi_module()); }}
+#define PyInit__native kinegen_cffi_module"""
+
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 _OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
@@ -42,10 +51,23 @@ class Extension:
     Attributes:
         content: The bytes of the shared library.
         cached: Whether it was compiled before.
+        key: Its name in the cache.
+        cache: Folder in which results are kept; None for the user's cache folder.
     """
 
     content: bytes
     cached: bool
+    key: str
+    cache: Path | None = None
+
+    def keep(self) -> None:
+        """Remember it for other builds. That is for the caller to do, once it was loaded and proven."""
+        if not self.cached:
+            Cache(self.cache).save(self.key, self.content)
+
+    def forget(self) -> None:
+        """See that no other build gets it, since it does not load or failed its proof."""
+        Cache(self.cache).forget(self.key)
 
 
 def compile_extension(
@@ -57,7 +79,7 @@ def compile_extension(
     place: str = "",
     cache: Path | None = None,
 ) -> Extension:
-    """Compile an extension, or fetch it where the same one was compiled before.
+    """Compile an extension, or fetch it where the same one was compiled before and kept.
 
     Args:
         sources: C files by name, among them those of `glue`.
@@ -76,10 +98,11 @@ def compile_extension(
     """
     compiler = find_compiler()
     python = sysconfig.get_config_var("SOABI"), cffi.__version__, np.__version__
+    words = compiler.scheduling, _OBJECT, _SHARED
     store = Cache(cache)
-    key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, compiler.scheduling, python, place)
+    key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, words, python, place)
     if (known := store.load(key)) is not None:
-        return Extension(known, cached=True)
+        return Extension(known, cached=True, key=key, cache=cache)
     _check_headers()
     folder = Path(tempfile.mkdtemp(prefix="kinegen-"))
     try:
@@ -89,8 +112,7 @@ def compile_extension(
         raise CompileError(f"{error.message} (sources kept in {kept})") from None
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    store.save(key, content)
-    return Extension(content, cached=False)
+    return Extension(content, cached=False, key=key, cache=cache)
 
 
 def _build(
@@ -98,9 +120,7 @@ def _build(
 ) -> bytes:
     for name, text in sources.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    includes = tuple(f"-I{path}" for path in _includes())
-    own = (Unit(GLUE, Path(GLUE).stem, ("-O2", *includes)), Unit(_WRAPPER, Path(_WRAPPER).stem, ("-O1", *includes)))
-
+    own = _own_units()
     stop = Event()
 
     def start(unit: Unit) -> Future[None]:
@@ -123,15 +143,23 @@ def _build(
             raise
     objects = sorted(f"{unit.name}.o" for unit in (*units, *own))
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
-    return (folder / EXTENSION).read_bytes()
+    if not (folder / EXTENSION).is_file():
+        raise CompileError(
+            f"{compiler.command[0]} reported success and wrote no {EXTENSION}; CC has to name a C compiler"
+        )
+    return sealed((folder / EXTENSION).read_bytes())
+
+
+def _own_units() -> tuple[Unit, Unit]:
+    """How the C between the kernels and Python is compiled."""
+    includes = tuple(f"-I{path}" for path in _includes())
+    return Unit(GLUE, Path(GLUE).stem, ("-O2", *includes)), Unit(_WRAPPER, Path(_WRAPPER).stem, ("-O1", *includes))
 
 
 def _write_wrapper(path: Path, cdef: str, module: str) -> None:
     ffi = cffi.FFI()
     ffi.cdef(cdef)
-    make_c_source(
-        ffi, module, f'#include "{HEADER}"', str(path)
-    )  # what ffi.emit_c_code does, without its line of print
+    make_c_source(ffi, module, _PREAMBLE, str(path))  # what ffi.emit_c_code does, without its line of print
 
 
 def _includes() -> tuple[str, ...]:
@@ -146,4 +174,9 @@ def _check_headers() -> None:
         raise MissingToolError(
             f"the headers of Python are missing (no Python.h in {_includes()[0]}): "
             "install them, for example with `apt install python3-dev`, or leave compiling out with --no-compile"
+        )
+    if not (Path(np.get_include()) / "numpy" / "ndarraytypes.h").is_file():
+        raise MissingToolError(
+            f"the headers of NumPy are missing (no numpy/ndarraytypes.h in {np.get_include()}): install them, for "
+            "example with `apt install python3-numpy-dev`, or leave compiling out with --no-compile"
         )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
+import time
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,6 +19,18 @@ from threading import Event
 from kinegen.errors import CompileError, MissingToolError
 
 _NAMES = ("cc", "gcc", "clang")
+_HELPERS = ("as", "ld")
+"""Programs besides the compiler itself that a wrapper or a compiler finds on the PATH."""
+_VARIABLES = (
+    *("CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH", "LD_RUN_PATH", "GCC_EXEC_PREFIX", "COMPILER_PATH"),
+    *("CCC_OVERRIDE_OPTIONS", "SDKROOT", "MACOSX_DEPLOYMENT_TARGET", "SOURCE_DATE_EPOCH"),
+)
+"""Variables of the environment that change what compilers make of the same words."""
+_SECONDS = "KINEGEN_COMPILER_SECONDS"
+_PATIENCE = 1800.0
+"""Seconds that one call of a compiler may take, unless the variable says otherwise."""
+_SMALL = 1 << 20
+"""Bytes up to which a compiler is taken for a wrapper and read."""
 _LINES = 3
 """Lines of the compiler's words that a message repeats."""
 _GLANCE = 0.2
@@ -29,10 +44,12 @@ class Compiler:
     Attributes:
         command: How to call it.
         version: What it says about itself.
+        identity: The programs that the command consists of and leads to, and the variables that they heed.
     """
 
     command: tuple[str, ...]
     version: str
+    identity: tuple[str, ...] = ()
 
     @property
     def scheduling(self) -> tuple[str, ...]:
@@ -70,40 +87,100 @@ def find_compiler() -> Compiler:
         The compiler.
 
     Raises:
-        CompileError: If there is none.
+        MissingToolError: If none is named and none is there.
+        CompileError: If the one that CC names is not there, or does not run.
     """
-    named = shlex.split(os.environ.get("CC", ""))
+    try:
+        named = shlex.split(os.environ.get("CC", ""))
+    except ValueError as error:
+        raise CompileError(f"CC is not a command: {str(error).lower()} in {os.environ['CC']!a}") from None
+    if named and not shutil.which(named[0]):
+        raise CompileError(f"CC names {named[0]}, which does not exist or is not a program; correct it or unset CC")
     for command in [named] if named else [[name] for name in _NAMES]:
         if shutil.which(command[0]):
             done = _run((*command, "--version"), Path.cwd())
-            return Compiler(tuple(command), done.stdout + done.stderr)
-    wanted = f"CC names {named[0]}, which does not exist" if named else f"none of {', '.join(_NAMES)} was found"
+            return Compiler(tuple(command), done.stdout + done.stderr, _identity(command))
+    wanted = f"none of {', '.join(_NAMES)} was found"
     raise MissingToolError(f"there is no C compiler ({wanted}): install one, for example with `apt install gcc`")
+
+
+def _identity(command: list[str]) -> tuple[str, ...]:
+    """What tells one compiler from another that says the same of itself: a wrapper, and what it may lead to."""
+    programs = [_program(word) for word in dict.fromkeys((*command, *_NAMES, *_HELPERS))]
+    return (*filter(None, programs), *(f"{name}={os.environ[name]}" for name in _VARIABLES if name in os.environ))
+
+
+def _program(word: str) -> str:
+    """A program by its place, size and time, and a small one by its bytes; empty for a word that is none."""
+    found = shutil.which(word)
+    if found is None:
+        return ""
+    path = Path(os.path.realpath(found))
+    try:
+        status = path.stat()
+        digest = hashlib.sha256(path.read_bytes()).hexdigest() if status.st_size < _SMALL else ""
+    except OSError:
+        return str(path)
+    return f"{path} {status.st_size} {status.st_mtime_ns} {digest}"
+
+
+def _patience() -> float:
+    """Seconds that one call may take."""
+    text = os.environ.get(_SECONDS, "")
+    try:
+        seconds = float(text) if text else _PATIENCE
+    except ValueError:
+        seconds = 0.0
+    if not seconds > 0:
+        raise CompileError(f"{_SECONDS} is {text!a}, expected a number of seconds")
+    return seconds
 
 
 def _run(command: tuple[str, ...], folder: Path, stop: Event | None = None) -> subprocess.CompletedProcess[str]:
     if stop and stop.is_set():
         return subprocess.CompletedProcess(command, 1, "", "it was not begun")
-    with subprocess.Popen(
-        command,
-        cwd=folder,
-        env=os.environ | {"LC_ALL": "C"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-    ) as process:
+    deadline = time.monotonic() + (patience := _patience())
+    with _started(command, folder) as process:
         while True:
             try:
                 output, errors = process.communicate(timeout=_GLANCE)
             except subprocess.TimeoutExpired:
                 if stop and stop.is_set():
-                    process.kill()
+                    _end(process)
+                elif time.monotonic() > deadline:
+                    _end(process)
+                    told = f"it was ended after {patience:g} s; {_SECONDS} can name more"
+                    return subprocess.CompletedProcess(command, 1, "", f"error: {told}")
                 continue
             except BaseException:
-                process.kill()
+                _end(process)
                 raise
             return subprocess.CompletedProcess(command, process.returncode, output, errors)
+
+
+def _started(command: tuple[str, ...], folder: Path) -> subprocess.Popen[str]:
+    """Start a program in a group of its own, so that it can be ended with all that it started."""
+    try:
+        return subprocess.Popen(
+            command,
+            cwd=folder,
+            env=os.environ | {"LC_ALL": "C"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            process_group=0 if os.name == "posix" else None,
+        )
+    except OSError as error:
+        raise CompileError(f"{command[0]} cannot be run: {error.strerror or error}") from None
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    if os.name == "posix":
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
 
 
 @dataclass(frozen=True, slots=True)

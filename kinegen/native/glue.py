@@ -5,17 +5,21 @@ extension besides the emitted files. For an output `fk` of the robot `arm` the e
 
     arm_fk, arm_fk_batch     the kernels as emitted; `arm_f32_...` for float
     arm_fk_arrays            takes the addresses of array objects, and declines (0) what is not plain
+    quick_class, quicken     the same for calls without Python code around them; see `calls.h`
     arm_fk_pointers          the scalar kernel with plain pointers, for bound arguments
     kinegen_stamp            the digest of the sources
     kinegen_select           picks the variant of the batch kernels, by name or (an empty one) the best that this
                              processor can run; 0 if there is none
     kinegen_variant          what was picked, and the flags, in words
+    kinegen_signatures       the types of all these, for callers without cffi
 
-The last two are made by `dispatch.py`. The array handling (`runtime/`) knows these names.
+`kinegen_select` and `kinegen_variant` are made by `dispatch.py`. The array handling (`runtime/`) knows these names. All
+but the batch kernels and the scalar ones are visible from outside, so that ctypes finds them where cffi is missing.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 
@@ -128,25 +132,68 @@ def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[
     Returns:
         C text by file name, to be compiled beside the emitted files.
     """
-    arrays = resources.files("kinegen.native").joinpath("arrays.h").read_text(encoding="utf-8")
+    place = resources.files("kinegen.native")
+    headers = {name: place.joinpath(name).read_text(encoding="utf-8") for name in ("arrays.h", "memory.h", "calls.h")}
     own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
     own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
-    header = ["#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()), "", *own, *more]
+    includes = ("#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()))
+    header = [*includes, "", _VISIBLE, *own, *more, _HIDDEN]
     # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
-    parts = [f'#include "{HEADER}"', '#include "arrays.h"', ""]
+    parts = [f"#define Py_LIMITED_API {_STABLE}", f'#include "{HEADER}"', '#include "calls.h"', ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]
+    listed = "".join(f'\n    "{line}\\n"' for line in _signatures(interface, (*own, *more)))
+    parts += [f"const char *kinegen_signatures(void)\n{{\n    return{listed};\n}}", ""]
     for function in interface.functions:
         parts += [_pointers_definition(interface, function, real) for real in interface.reals]
         parts += [_arrays_definition(interface, function), ""]
+    parts.append(_entries(interface))
     written = {HEADER: header, GLUE: parts}
-    return {"arrays.h": arrays} | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
+    return headers | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
 
+
+_STABLE = "0x030A0000"
+"""The stable interface of CPython that the extension keeps to: that of 3.10."""
+
+_REALS = ("double", "float")
+"""The order in which parameters of both number types are handed on."""
 
 _FIXED = (
     "const char *kinegen_stamp(void);",
     "int kinegen_select(const char *wanted);",
     "const char *kinegen_variant(void);",
+    "const char *kinegen_signatures(void);",
 )
+
+# Protected: seen from outside, but never replaced by a function of the same name in another library.
+_VISIBLE = """#if defined(__ELF__) && defined(__GNUC__)
+#pragma GCC visibility push(protected)
+#elif defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif"""
+_HIDDEN = """#ifdef __GNUC__
+#pragma GCC visibility pop
+#endif"""
+
+_LETTERS = (("const char", "s"), ("*", "p"), ("uintptr_t", "p"), ("size_t", "z"), ("uint32_t", "u"), ("int32_t", "l"))
+
+
+def _signatures(interface: Interface, declarations: tuple[str, ...]) -> Iterator[str]:
+    """A line for each struct, `arm_params double`, and for each function: its name and the letters of its types.
+
+    The letter of the result comes first, then one for each argument: v for void, i int, l int32_t, u uint32_t,
+    z size_t, s a string, p any other address.
+    """
+    yield from (f"{interface.params(real)} {real}" for real in interface.reals if interface.parameters)
+    for declaration in declarations:
+        head, _, arguments = declaration.removesuffix(");").partition("(")
+        result, name = head.replace("*", "* ").rsplit(maxsplit=1)
+        letters = "".join(map(_letter, arguments.split(", "))).removeprefix("v")
+        yield f"{name} {_letter(result)} {letters}".rstrip()
+
+
+def _letter(declared: str) -> str:
+    """The letter of a C type, with or without a name behind it."""
+    return next((letter for text, letter in _LETTERS if text in declared), "v" if declared == "void" else "i")
 
 
 def _scalar_arguments(interface: Interface, function: Function, real: str) -> str:
@@ -184,33 +231,73 @@ def _arrays(interface: Interface, function: Function) -> str:
 
 
 def _arrays_definition(interface: Interface, function: Function) -> str:
+    """The forms of the arrays, the kernel for arrays that were found, and what cffi calls with their addresses."""
     arrays = (*function.inputs, *function.results)
+    stem, counts = f"{interface.symbol}_{function.name}", f"{len(function.inputs)}, {len(arrays)}"
+    named = [f"params_{real}" if interface.parameters and real in interface.reals else "NULL" for real in _REALS]
+    return "\n".join(
+        [
+            f"static const Form {stem}_forms[] = {{{', '.join(_form(array) for array in arrays)}}};",
+            "",
+            _run_definition(interface, function),
+            "",
+            _arrays(interface, function),
+            "{",
+            f"    const uintptr_t addresses[] = {{{', '.join(array.name for array in arrays)}}};",
+            f"    const void *const params[] = {{{', '.join(named)}}};",
+            f"    Place places[{len(arrays)}];",
+            "    Call call;",
+            f"    if (!read_arrays(addresses, {stem}_forms, {counts}, layout, places, &call)) return 0;",
+            f"    return {stem}_run(params, places, &call, layout);",
+            "}",
+        ]
+    )
+
+
+def _run_definition(interface: Interface, function: Function) -> str:
+    """The kernel of either type, scalar or batch, for arrays that were found."""
+    count, inputs = len(function.inputs) + len(function.results), range(len(function.inputs))
     lines = [
-        _arrays(interface, function),
+        f"static int {interface.symbol}_{function.name}_run(",
+        "    const void *const *params, const Place *p, const Call *call, int layout)",
         "{",
-        f"    static const Form forms[] = {{{', '.join(_form(array) for array in arrays)}}};",
-        f"    const uintptr_t addresses[] = {{{', '.join(array.name for array in arrays)}}};",
-        f"    Place p[{len(arrays)}];",
-        "    Call call;",
-        f"    if (!read_arrays(addresses, forms, {len(function.inputs)}, {len(arrays)}, layout, p, &call)) return 0;",
+        "    (void)params;",
     ]
     for real in interface.reals:
         name = f"{interface.prefix(real)}_{function.name}"
-        params = [f"params_{real}"] * bool(interface.parameters)
-        single = [*params, *(f"p[{index}].data" for index in range(len(arrays)))]
-        batch = [f"p[{index}].{word}" for index in range(len(function.inputs)) for word in ("data", "pose", "joint")]
+        params = [f"(const {interface.params(real)} *)params[{_REALS.index(real)}]"] * bool(interface.parameters)
+        single = [*params, *(f"p[{index}].data" for index in range(count))]
+        batch = [f"p[{index}].{word}" for index in inputs for word in ("data", "pose", "joint")]
         batch += params
-        batch += [
-            f"p[{index}].{word}" for index in range(len(function.inputs), len(arrays)) for word in ("data", "pose")
-        ]
+        batch += [f"p[{index}].{word}" for index in range(len(inputs), count) for word in ("data", "pose")]
         lines += [
-            f"    if (call.type == NPY_{real.upper()}) {{",
-            f"        if (call.single) {name}_pointers({', '.join(single)});",
-            f"        else {name}_batch(call.count, {', '.join(batch)}, layout);",
+            f"    if (call->type == NPY_{real.upper()}) {{",
+            f"        if (call->single) {name}_pointers({', '.join(single)});",
+            f"        else {name}_batch(call->count, {', '.join(batch)}, layout);",
             "        return 1;",
             "    }",
         ]
     return "\n".join([*lines, "    return 0;", "}"])
+
+
+def _entries(interface: Interface) -> str:
+    """The kernels by name, for calls without Python code around them."""
+    lines = ["static const Entry *find_entry(const char *name)", "{", "    static const Entry entries[] = {"]
+    for function in interface.functions:
+        stem, inputs = f"{interface.symbol}_{function.name}", len(function.inputs)
+        numbers = f"{inputs}, {inputs + len(function.results)}"
+        lines.append(f'        {{"{function.name}", {numbers}, {stem}_forms, {stem}_run}},')
+    return "\n".join(
+        [
+            *lines,
+            "    };",
+            "    for (size_t i = 0; i < sizeof entries / sizeof entries[0]; ++i) {",
+            "        if (strcmp(entries[i].name, name) == 0) return &entries[i];",
+            "    }",
+            "    return NULL;",
+            "}",
+        ]
+    )
 
 
 def _form(array: Array) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+import re
 import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
@@ -12,6 +14,7 @@ from types import ModuleType
 from kinegen.emit.files import stamp_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension, compile_extension
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
@@ -91,7 +94,10 @@ def load_package(folder: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        with warnings.catch_warnings():
+            # Whoever builds without a compiler is told so by the build.
+            warnings.filterwarnings("ignore", f"NumPy evaluates .*there is no {re.escape(EXTENSION)}", RuntimeWarning)
+            spec.loader.exec_module(module)
     except BaseException:
         for loaded in [other for other in sys.modules if other == name or other.startswith(f"{name}.")]:
             del sys.modules[loaded]

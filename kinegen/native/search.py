@@ -39,6 +39,8 @@ def _head(interface: Interface, real: str) -> str:
         f"const {real} *tolerances",
         "int32_t restarts",
         "uint32_t seed",
+        "int32_t budget",
+        "int32_t steps",
         f"{real} *q",
         f"{real} *errors",
         "int32_t *iterations",
@@ -56,7 +58,7 @@ def _definition(interface: Interface, real: str) -> str:
 {{
     for (size_t i = 0; i < count; i++) {{
         const uint32_t own = seed + (uint32_t)(first + i) * 2654435761U;
-        const {stem}_search search = {{tolerances[0], tolerances[1], restarts, own}};
+        const {stem}_search search = {{tolerances[0], tolerances[1], restarts, own, budget, steps}};
         {stem}_found found;
         solved[i] = (unsigned char){stem}_{name}(
             targets + 16 * i, starts + {dof} * i, {params}&search, q + {dof} * i, &found);

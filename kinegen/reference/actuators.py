@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any, assert_never
+from typing import Any
 
 import mpmath
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinegen.older import assert_never
 from kinegen.outputs import Reference
-from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
+from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.reference.series import Series, constant, in_series
 from kinegen.reference.velocity import TIP, Kinematics
 from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Reading, Triangle
@@ -33,14 +34,16 @@ class Actuation:
         robot: The robot, with actuators.
         readings: Actuator vectors, shape (N, number of actuators); radians, the file's length unit, or bare numbers.
         exact: Whether to compute with `DIGITS` digits.
+        wide: Whether to compute with the widest floats of NumPy in place of float64.
     """
 
-    def __init__(self, robot: Robot, readings: ArrayLike, *, exact: bool = False) -> None:
+    def __init__(self, robot: Robot, readings: ArrayLike, *, exact: bool = False, wide: bool = False) -> None:
         self.robot = robot
         self.exact = exact
-        self._kind = digit_arrays if exact else lambda: FLOATS
+        self._wide = wide
+        self._kind = digit_arrays if exact else lambda: WIDE_FLOATS if wide else FLOATS
         with mpmath.workdps(DIGITS):
-            rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else np.float64))
+            rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else WIDE if wide else np.float64))
             self.readings: Numbers = np.frompyfunc(mpmath.mpf, 1, 1)(rows) if exact else rows
 
     @cached_property
@@ -64,7 +67,7 @@ class Actuation:
     @cached_property
     def motion(self) -> Kinematics:
         """Poses and velocities at the joints."""
-        return Kinematics(self.robot, self.joints, exact=self.exact)
+        return Kinematics(self.robot, self.joints, exact=self.exact, wide=self._wide)
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Velocities of a frame at unit rates of the readings, shape (N, 6, number of actuators)."""
@@ -152,4 +155,15 @@ def _rocker(bars: tuple[Any, ...], angle: Any, kind: Kind, *, crossed: bool) -> 
     k1, k2, k3 = d / a, d / c, (a**2 - b**2 + c**2 + d**2) / (2 * a * c)
     A, B, C = cosine - k1 - k2 * cosine + k3, -2 * sine, k1 - (k2 + 1) * cosine + k3
     root = functions["sqrt"](B**2 - 4 * A * C)
-    return 2 * functions["atan2"](-B + root if crossed else -B - root, 2 * A)
+    wanted, other = (-B + root, -B - root) if crossed else (-B - root, -B + root)
+    # The product of both solutions is C / A, so the one in which terms cancel follows from the other.
+    cancels = np.abs(constant(wanted)) < np.abs(constant(other))
+    return 2 * functions["atan2"](_either(cancels, 2 * C, wanted), _either(cancels, other, 2 * A))
+
+
+def _either(first: Any, one: Any, other: Any) -> Any:
+    """One of two numbers or series at each configuration."""
+    if not isinstance(one, Series):
+        return np.where(first, one, other)[()]
+    keys = {**one.parts, **other.parts}
+    return Series({key: np.where(first, one.parts.get(key, 0), other.parts.get(key, 0)) for key in keys}, one.order)

@@ -11,7 +11,7 @@ from typing import Any
 
 from kinegen.reference.numbers import Kind, Rows
 from kinegen.robot.expressions import ZERO, evaluate
-from kinegen.robot.model import BASE, TOOL, WRIST, Convention, Robot, Row, Step, StepKind
+from kinegen.robot.model import TOOL, WRIST, Convention, Robot, Row, Step, StepKind
 
 ORIGIN = ""
 """The frame after the fixed base transform, which has no name of its own; no file can spell this one."""
@@ -34,9 +34,9 @@ def parents(robot: Robot) -> Iterator[tuple[str, str]]:
     """Every frame but the base with its parent, parents first."""
     last = robot.rows[-1].name if robot.rows else ORIGIN
     named = {row.name for row in robot.rows} | {frame.name for frame in robot.frames}
-    yield ORIGIN, BASE
+    yield ORIGIN, robot.root
     for row in robot.rows:
-        yield row.name, ORIGIN if row.parent == BASE else row.parent
+        yield row.name, ORIGIN if row.parent == robot.root else row.parent
     if not robot.is_tree:
         yield TOOL, last
         if WRIST not in named:
@@ -48,7 +48,7 @@ def parents(robot: Robot) -> Iterator[tuple[str, str]]:
 def chain(robot: Robot, values: Mapping[str, Any], kind: Kind) -> dict[str, Any]:
     """Multiply the links from the base outwards."""
     links = links_of(robot, values, kind)
-    found = {BASE: identity(kind)}
+    found = {robot.root: identity(kind)}
     for name, parent in parents(robot):
         found[name] = kind.multiply(found[parent], links[name])
     del found[ORIGIN]

@@ -1,9 +1,9 @@
-"""The kinds of numbers that the reference works in: float64, and mpmath with 50 digits."""
+"""The kinds of numbers that the reference works in: float64, wider floats, and mpmath with 50 digits."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +18,12 @@ Rows = tuple[tuple[Any, Any, Any, Any], ...]
 
 DIGITS = 50
 """Decimal digits of the mpmath reference."""
+
+WIDE: Any = np.longdouble
+"""The widest floats of NumPy: 64 or 113 bits of precision on most machines, and 53 where C has nothing wider."""
+
+WIDE_UNIT = float(np.finfo(WIDE).eps) / 2
+"""The relative error of one rounding in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +53,7 @@ FLOATS = Kind(
             "cos": np.cos,
             "asin": np.arcsin,
             "acos": np.arccos,
+            "atan": np.arctan,
             "atan2": np.arctan2,
         },
     ),
@@ -58,10 +65,22 @@ FLOATS = Kind(
 """Arrays of float64, one number for each joint vector."""
 
 
+def _widest(value: Fraction) -> Any:
+    return WIDE(value.numerator) / WIDE(value.denominator)
+
+
+WIDE_FLOATS = replace(
+    FLOATS,
+    arithmetic=replace(FLOATS.arithmetic, number=_widest, pi=WIDE("3.14159265358979323846264338327950288419717")),
+    matrix=lambda rows: _stack(rows, WIDE),
+)
+"""Arrays of `WIDE`, which kernels in double are compared with: what the judge loses is far less than what they do."""
+
+
 def digits() -> Kind:
     """The numbers of mpmath at the precision in force; pi is fixed here, so it must be called inside `workdps`."""
     return Kind(
-        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={"sqrt": mpmath.sqrt}),
+        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={**_unary(), "atan2": mpmath.atan2}),
         sin=mpmath.sin,
         cos=mpmath.cos,
         matrix=lambda rows: mpmath.matrix([list(row) for row in rows]),
@@ -71,8 +90,7 @@ def digits() -> Kind:
 
 def digit_arrays() -> Kind:
     """The same numbers in arrays of NumPy, one for each joint vector."""
-    unary = {"sqrt": mpmath.sqrt, "sin": mpmath.sin, "cos": mpmath.cos, "asin": mpmath.asin, "acos": mpmath.acos}
-    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in unary.items()}
+    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in _unary().items()}
     functions["atan2"] = np.frompyfunc(mpmath.atan2, 2, 1)
     return Kind(
         arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions=functions),
@@ -81,6 +99,11 @@ def digit_arrays() -> Kind:
         matrix=lambda rows: _stack(rows, object),
         multiply=np.matmul,
     )
+
+
+def _unary() -> dict[str, Callable[[Any], Any]]:
+    """The functions of one value."""
+    return {name: getattr(mpmath, name) for name in ("sqrt", "sin", "cos", "asin", "acos", "atan")}
 
 
 def _real(function: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -114,6 +114,7 @@ def in_series(kind: Kind, order: int) -> Kind:
         "cos": functions.cos,
         "asin": functions.asin,
         "acos": functions.acos,
+        "atan": functions.atan,
         "atan2": functions.atan2,
     }
 
@@ -162,6 +163,10 @@ class _Functions:
     def acos(self, value: Any) -> Any:
         slope = -1 / self._of("sqrt", 1 - constant(value) ** 2)
         return _compose(value, (self._of("acos", constant(value)), slope, constant(value) * slope**3))
+
+    def atan(self, value: Any) -> Any:
+        slope = 1 / (1 + constant(value) ** 2)
+        return _compose(value, (self._of("atan", constant(value)), slope, -2 * constant(value) * slope**2))
 
     def atan2(self, y: Any, x: Any) -> Any:
         b, a = constant(y), constant(x)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinegen.outputs import Reference
 from kinegen.reference.chain import chain, values_of
-from kinegen.reference.numbers import DIGITS, FLOATS, Kind, digit_arrays
+from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.reference.series import Monomial, Series, in_series, product
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
@@ -37,13 +37,21 @@ class Kinematics:
         params: Values of parameters that differ from the file.
         exact: Whether to compute with `DIGITS` digits. Floats are then taken as the exact binary numbers they are, and
             all results are arrays of mpmath numbers.
+        wide: Whether to compute with the widest floats of NumPy in place of float64.
     """
 
     def __init__(
-        self, robot: Robot, q: ArrayLike, params: Mapping[str, Any] | None = None, *, exact: bool = False
+        self,
+        robot: Robot,
+        q: ArrayLike,
+        params: Mapping[str, Any] | None = None,
+        *,
+        exact: bool = False,
+        wide: bool = False,
     ) -> None:
         self.robot = robot
         self.exact = exact
+        self._wide = wide
         self._params = params or {}
         self.q = self._rows(q)
         self._places: dict[str, Numbers] = {}
@@ -93,12 +101,14 @@ class Kinematics:
     def _rows(self, values: ArrayLike) -> Numbers:
         """Joint vectors in the numbers of this object."""
         if not self.exact:
-            return np.atleast_2d(np.asarray(values, dtype=np.float64))
+            return np.atleast_2d(np.asarray(values, dtype=WIDE if self._wide else np.float64))
         with mpmath.workdps(DIGITS):
             return np.atleast_2d(np.frompyfunc(mpmath.mpf, 1, 1)(np.asarray(values, dtype=object)))
 
     def _kind(self) -> Kind:
-        return digit_arrays() if self.exact else FLOATS
+        if self.exact:
+            return digit_arrays()
+        return WIDE_FLOATS if self._wide else FLOATS
 
     def _by_joints(self, order: int) -> dict[str, Series]:
         """All poses in small changes of the joints."""

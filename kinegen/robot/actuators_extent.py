@@ -9,14 +9,15 @@ import math
 from collections.abc import Mapping
 
 from kinegen.robot.actuators import Coupling, FourBar, Reading, Triangle
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.actuators_allowed import allowed_by_joints
+from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.extent import joint_box
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, Robot
 
 MARGIN = 0.01
 """Share of the way of a linkage that is left out at either end: at a dead centre every rounding error is boundless."""
 
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 Range = tuple[float, float]
 
@@ -28,10 +29,10 @@ def reading_ranges(robot: Robot) -> tuple[Range, ...]:
         robot: The robot; runtime parameters have the values of the file.
 
     Returns:
-        A lower and an upper bound for each reading: the limits of the file, and where it drives a triangle no more than
-        lets that close; infinite where nothing is known.
+        A lower and an upper bound for each reading: the limits of the file, or what those of its joints allow; where
+        it drives a triangle no more than lets that close; infinite where nothing is known.
     """
-    return tuple(_met(_limits(reading), *_closing(robot, reading, 0.0)) for reading in robot.actuators.readings)
+    return tuple(_range(robot, reading) for reading in robot.actuators.readings)
 
 
 def reading_box(robot: Robot) -> tuple[Range, ...]:
@@ -52,15 +53,20 @@ def reading_box(robot: Robot) -> tuple[Range, ...]:
     return tuple(box)
 
 
+def _range(robot: Robot, reading: Reading) -> Range:
+    own = allowed_by_joints(robot, reading) if reading.limits is None else _limits(reading)
+    return _met(own, *_closing(robot, reading, 0.0))
+
+
 def _value(robot: Robot, expression: Expression) -> float:
-    values = {entry.name: evaluate(entry.value, {}, _FLOATS) for entry in robot.parameters}
-    return float(evaluate(expression, values, _FLOATS))
+    values = {entry.name: evaluate(entry.value, {}, FLOATS) for entry in robot.parameters}
+    return float(evaluate(expression, values, FLOATS))
 
 
 def _limits(reading: Reading) -> Range:
     if reading.limits is None:
         return -math.inf, math.inf
-    low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in reading.limits)
+    low, high = (float(evaluate(limit, {}, FLOATS)) for limit in reading.limits)
     return low, high
 
 

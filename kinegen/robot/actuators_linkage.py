@@ -73,7 +73,9 @@ def _rocker(bars: Bars, crank: float, *, crossed: bool) -> float:
     low, high = abs(b - c), b + c
     if diagonal <= slack or not low - slack <= diagonal <= high + slack:
         reach = f"coupler and rocker reach from {low:.4g} to {high:.4g}"
-        raise LinkageError(f"the tip of the crank is {diagonal:.4g} from the rocker's pivot, but {reach}", crank)
+        beyond = max(low - diagonal, diagonal - high)
+        off = f", {beyond:.2g} beyond" if beyond > 0 else ""
+        raise LinkageError(f"the tip of the crank is {diagonal:.4g} from the rocker's pivot{off}, but {reach}", crank)
     if a > ground:
         direction = crank + math.atan2(ground * math.sin(crank), a - ground * math.cos(crank))
     else:

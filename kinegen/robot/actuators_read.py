@@ -134,7 +134,6 @@ def _reading(name: str, node: Node, line: int) -> RawReading:
 
 def _drive(node: Node, number: int) -> RawDrive:
     with within(_where(node, number), node.line):
-        _refuse_commas(node)
         fields = mapping(node, _keys(node), "an entry such as {joint: waist, form: gear, actuator: m1, ratio: 100}")
         form = _form(fields)
         needed, further = keys.FORMS[form] if form else (keys.FORMULA, ())
@@ -150,13 +149,6 @@ def _drive(node: Node, number: int) -> RawDrive:
         sign = choice(fields["sign"], "sign", keys.SIGNS) if "sign" in fields else "1"
         slots = _slots(fields, len(joints), len(actuators))
         return RawDrive(form, joints, actuators, slots, branch == "crossed", int(sign), node.line)
-
-
-def _refuse_commas(node: Node) -> None:
-    """A comma between braces ends an entry in YAML, also inside `atan2(y, x)`."""
-    for key, _ in node.entries if isinstance(node, MappingNode) else ():
-        if ")" in key.text:
-            fail("text with a comma in it, as atan2(y, x), stands in quotation marks between braces", key.line)
 
 
 def _where(node: Node, number: int) -> str:

@@ -180,9 +180,9 @@ class _Resolver:
                 closes = (
                     f"sides of {sides[0]:.4g} and {sides[1]:.4g} close a triangle only from {low:.4g} to {high:.4g}"
                 )
-                fail(
-                    f"at {reading.name} = {self._shown(reading, limit)} the actuator is {value:.4g} long, but {closes}"
-                )
+                at = f"at {reading.name} = {self._shown(reading, limit)}"
+                beyond = max(low - value, value - high)
+                fail(f"{at} the actuator is {value:.4g} long, {beyond:.2g} beyond its triangle: {closes}")
         return Triangle(raw.joints[0], reading.name, (a, b), length, raw.sign, self._free(raw.slot("offset")), raw.line)
 
     def _turned(self, raw: RawDrive) -> Reading:
@@ -213,7 +213,9 @@ class _Resolver:
         longest = max(lengths)
         if 2 * longest >= sum(lengths):
             key = keys.BARS[lengths.index(longest)]
-            fail(f"the bars never close: the {key}, {longest:.4g}, is no shorter than the other three together")
+            excess = 2 * longest - sum(lengths)
+            compared = f"{excess:.2g} longer than" if excess else "as long as"
+            fail(f"the bars never close: the {key}, {longest:.4g}, is {compared} the other three together")
         parallelogram = not raw.crossed and is_zero(lengths[0] - lengths[2]) and is_zero(lengths[1] - lengths[3])
         assembly = Assembly(1, (0, 0)) if parallelogram else self._assembly(raw, reading, angle, lengths)
         return FourBar(

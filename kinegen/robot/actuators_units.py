@@ -1,9 +1,9 @@
 """The expressions of `actuators` in the units of the kernels, exactly.
 
 In a file in degrees everything counts in degrees where an angle or a bare number is wanted: the value of a revolute
-joint, of a reading that is no length, and what sine and cosine take; there `asin`, `acos` and `atan2` give degrees, and
-`pi` is half a turn. Where a length is wanted, as in the table, and inside of other functions, angles are in radians, as
-the kernels have them.
+joint, of a reading that is no length, and what sine and cosine take; there `asin`, `acos`, `atan` and `atan2` give
+degrees, and `pi` is half a turn. Where a length is wanted, as in the table, and inside of other functions, angles are
+in radians, as the kernels have them.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from kinegen.robot.expressions import (
     Product,
     Sum,
     add,
+    is_arc,
     multiply,
     power,
 )
@@ -28,9 +29,6 @@ from kinegen.robot.units import DEGREE, HALF_TURN, RADIAN
 
 TURNED = frozenset({"sin", "cos"})
 """Functions of an angle."""
-
-TURNING = frozenset({"asin", "acos"})
-"""Functions whose value is an angle; `atan2` is the third."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +58,7 @@ class Degrees:
                 return multiply(RADIAN, expression)
             case Pi():
                 return HALF_TURN
-            case Call(function) if function in TURNING:
-                return multiply(RADIAN, self._plain(expression))
-            case Atan2():
+            case Call() | Atan2() if is_arc(expression):
                 return multiply(RADIAN, self._plain(expression))
             case Sum(parts):
                 return add(*(self._in_degrees(part) for part in parts))

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from decimal import Decimal, localcontext
+from decimal import Context, Decimal, localcontext
 
 from kinegen.robot.expressions import (
-    Arithmetic,
     Atan2,
     Call,
     Expression,
@@ -21,20 +20,8 @@ from kinegen.robot.expressions import (
     evaluate,
     names,
 )
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.values import MAX_VALUE, is_zero
-
-_FLOATS = Arithmetic(
-    number=float,
-    pi=math.pi,
-    functions={
-        "sqrt": math.sqrt,
-        "sin": math.sin,
-        "cos": math.cos,
-        "asin": math.asin,
-        "acos": math.acos,
-        "atan2": math.atan2,
-    },
-)
 
 
 def check_constants(expression: Expression, values: Mapping[str, Decimal]) -> None:
@@ -52,7 +39,7 @@ def check_constants(expression: Expression, values: Mapping[str, Decimal]) -> No
             check_constants(part, values)
         return
     try:
-        value = evaluate(expression, {name: float(value) for name, value in values.items()}, _FLOATS)
+        value = evaluate(expression, {name: float(value) for name, value in values.items()}, FLOATS)
     except ZeroDivisionError:
         raise ExpressionError("it divides by zero") from None
     except ValueError:
@@ -76,7 +63,7 @@ def _parts(expression: Expression) -> tuple[Expression, ...]:
 
 def is_singular(matrix: list[list[Decimal]]) -> bool:
     """Whether a square matrix has no inverse, by elimination with the largest pivot of each column."""
-    with localcontext(prec=50):
+    with localcontext(Context(prec=50)):
         return _eliminates([list(row) for row in matrix])
 
 

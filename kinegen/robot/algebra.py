@@ -1,4 +1,4 @@
-"""The tree of an exact expression, and what can be done to it without leaving the exact numbers.
+"""The tree of an exact expression, and how trees are made of trees.
 
 Numbers that stand together are folded, so `-90/180*pi` is one number times pi; nothing else is rearranged. Import
 these names from `expressions`, which adds reading and evaluation.
@@ -6,7 +6,6 @@ these names from `expressions`, which adds reading and evaluation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -62,7 +61,7 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """One of `FUNCTIONS` applied to its argument."""
+    """A function of one value applied to its argument."""
 
     function: str
     argument: Expression
@@ -150,131 +149,47 @@ def power(base: Expression, exponent: int) -> Expression:
     return Power(base, exponent)
 
 
-def names(expression: Expression) -> tuple[str, ...]:
-    """The names in an expression, in order of appearance, each once."""
-    found: dict[str, None] = {}
-    _gather(expression, found)
-    return tuple(found)
+ARCS = frozenset({"asin", "acos", "atan"})
+"""Functions of one value that give an angle; `atan2` is the one of two values."""
+
+_ARC_VALUES = {
+    "asin": {"0": "0", "1/2": "1/6", "1": "1/2"},
+    "acos": {"-1": "1", "-1/2": "2/3", "0": "1/2", "1/2": "1/3", "1": "0"},
+    "atan": {"0": "0", "1": "1/4"},
+}
+_SHARES = {
+    (function, sign * Fraction(value)): sign * Fraction(share)
+    for function, values in _ARC_VALUES.items()
+    for value, share in values.items()
+    for sign in ((1,) if function == "acos" else (1, -1))
+}
+"""The rational numbers whose arcs are a rational share of pi, with that share."""
 
 
-def _gather(expression: Expression, found: dict[str, None]) -> None:
-    match expression:
-        case Name(name):
-            found[name] = None
-        case Sum(parts) | Product(parts):
-            for part in parts:
-                _gather(part, found)
-        case Power(inner, _) | Call(_, inner):
-            _gather(inner, found)
-        case Atan2(y, x):
-            _gather(y, found)
-            _gather(x, found)
-        case _:
-            pass
+def call(function: str, argument: Expression) -> Expression:
+    """Apply a function of one value; an arc that is a share of pi is folded."""
+    if isinstance(argument, Number) and (share := _SHARES.get((function, argument.value))) is not None:
+        return multiply(Number(share), PI)
+    return Call(function, argument)
 
 
-def largest_number(expression: Expression) -> int:
-    """The largest numerator or denominator, without its sign, that an expression holds."""
-    match expression:
-        case Number(value):
-            return max(abs(value.numerator), value.denominator)
-        case Sum(parts) | Product(parts):
-            return max(largest_number(part) for part in parts)
-        case Power(inner, _) | Call(_, inner):
-            return largest_number(inner)
-        case Atan2(y, x):
-            return max(largest_number(y), largest_number(x))
-        case _:
-            return 1
-
-
-def size(expression: Expression) -> int:
-    """The number of nodes of an expression."""
-    match expression:
-        case Sum(parts) | Product(parts):
-            return 1 + sum(size(part) for part in parts)
-        case Power(inner, _) | Call(_, inner):
-            return 1 + size(inner)
-        case Atan2(y, x):
-            return 1 + size(y) + size(x)
-        case _:
-            return 1
-
-
-def depth(expression: Expression) -> int:
-    """The number of levels of an expression."""
-    match expression:
-        case Sum(parts) | Product(parts):
-            return 1 + max(depth(part) for part in parts)
-        case Power(inner, _) | Call(_, inner):
-            return 1 + depth(inner)
-        case Atan2(y, x):
-            return 1 + max(depth(y), depth(x))
-        case _:
-            return 1
-
-
-def substitute(expression: Expression, values: Mapping[str, Expression], pi: Expression = PI) -> Expression:
-    """Replace names, and `pi` where another value is given, keeping everything exact."""
-    match expression:
-        case Name(name):
-            return values.get(name, expression)
-        case Pi():
-            return pi
-        case Sum(parts):
-            return add(*(substitute(part, values, pi) for part in parts))
-        case Product(parts):
-            return multiply(*(substitute(part, values, pi) for part in parts))
-        case Power(base, exponent):
-            return power(substitute(base, values, pi), exponent)
-        case Call(function, argument):
-            return Call(function, substitute(argument, values, pi))
-        case Atan2(y, x):
-            return Atan2(substitute(y, values, pi), substitute(x, values, pi))
-        case _:
-            return expression
-
-
-def linear(expression: Expression, variables: frozenset[str]) -> tuple[dict[str, Expression], Expression]:
-    """Split an expression into the coefficients of some variables and the rest.
-
-    Args:
-        expression: The tree.
-        variables: Names that may stand in it linearly only.
-
-    Returns:
-        The coefficient of each variable that occurs, in order of appearance, and the remaining offset.
+def arc_tangent(y: Expression, x: Expression) -> Expression:
+    """The angle of the point (x, y); on an axis or a diagonal it is folded.
 
     Raises:
-        ExpressionError: If a variable stands in a product with another, under a power or in a function.
+        ExpressionError: At the origin, which has no angle.
     """
-    match expression:
-        case Name(name) if name in variables:
-            return {name: ONE}, ZERO
-        case Sum(parts):
-            halves = [linear(part, variables) for part in parts]
-            found: dict[str, list[Expression]] = {}
-            for coefficients, _ in halves:
-                for name, coefficient in coefficients.items():
-                    found.setdefault(name, []).append(coefficient)
-            return {name: add(*values) for name, values in found.items()}, add(*(rest for _, rest in halves))
-        case Product(parts):
-            return _linear_product(parts, variables)
-        case _:
-            inside = [name for name in names(expression) if name in variables]
-            if inside:
-                raise ExpressionError(f"joint variable '{inside[0]}' must stand linearly, as in '2*{inside[0]} + 1'")
-            return {}, expression
+    if isinstance(y, Number) and isinstance(x, Number):
+        if y.value == 0 == x.value:
+            raise ExpressionError("atan2(0, 0) has no value")
+        if 0 in (y.value, x.value) or abs(y.value) == abs(x.value):
+            return multiply(Number(Fraction(_EIGHTHS[_sign(y.value), _sign(x.value)], 4)), PI)
+    return Atan2(y, x)
 
 
-def _linear_product(
-    parts: tuple[Expression, ...], variables: frozenset[str]
-) -> tuple[dict[str, Expression], Expression]:
-    moving = [part for part in parts if variables.intersection(names(part))]
-    fixed = multiply(*(part for part in parts if part not in moving), ONE)
-    if not moving:
-        return {}, fixed
-    if len(moving) > 1:
-        raise ExpressionError("a product of two joint variables is not linear")
-    coefficients, offset = linear(moving[0], variables)
-    return {name: multiply(fixed, value) for name, value in coefficients.items()}, multiply(fixed, offset)
+_EIGHTHS = {(0, 1): 0, (1, 1): 1, (1, 0): 2, (1, -1): 3, (0, -1): 4, (-1, -1): -3, (-1, 0): -2, (-1, 1): -1}
+"""The angle of a point on an axis or a diagonal, by the signs of y and x, in eighths of a turn."""
+
+
+def _sign(value: Fraction) -> int:
+    return (value > 0) - (value < 0)

@@ -15,7 +15,7 @@ from kinegen.errors import KinegenError
 from kinegen.naming import check_name
 from kinegen.robot import keys
 from kinegen.robot.digest import digest
-from kinegen.robot.expressions import Expression, Name, linear, names, substitute
+from kinegen.robot.expressions import Expression, Name, arcs, linear, names, substitute
 from kinegen.robot.fields import quote
 from kinegen.robot.model import Dimension, Parameter, Robot, Row
 from kinegen.robot.units import join
@@ -81,6 +81,7 @@ def calibrated(robot: Robot, wrt: tuple[str, ...]) -> Robot:
             _check_entry(entry, robot)
     _check_made_of(robot, wanted)
     left = replace(robot, rows=tuple(_with_names(row, replaced) for row in robot.rows))
+    _check_arcs(left, wanted)
     used = _used(left)
     kept = tuple(_chosen(parameter, wanted) for parameter in robot.parameters if parameter.name in used)
     _check_kept(kept, [name for name in wrt if name in own], replaced)
@@ -183,6 +184,13 @@ def _check_made_of(robot: Robot, wanted: frozenset[str]) -> None:
                 raise KinegenError(
                     f"parameter '{parameter.name}' {reason}; write the expression in the row", line=parameter.line
                 )
+
+
+def _check_arcs(robot: Robot, wanted: frozenset[str]) -> None:
+    """Refuse a parameter in an arc of the table, which kernels get as a constant."""
+    for expression in _expressions((robot.rows, robot.base, robot.tool, robot.frames)):
+        for name in (name for arc in arcs(expression) for name in names(arc) if name in wanted):
+            raise KinegenError(f"parameter '{name}' stands in asin, acos, atan or atan2; make the angle a parameter")
 
 
 def _check_kept(kept: tuple[Parameter, ...], named: list[str], replaced: tuple[Entry, ...]) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 
-from kinegen.robot.expressions import Expression, substitute
+from kinegen.robot.expressions import Expression, Name, add, arcs, names, substitute
 from kinegen.robot.fields import fail, within
 from kinegen.robot.model import Dimension, Frame, JointType, JointVariable, Parameter, Row, Step
 from kinegen.robot.motion import MOVING
@@ -40,6 +40,7 @@ class Converter:
         """
         angles = frozenset(name for name, known in self.parameters.items() if known.dimension is Dimension.ANGLE)
         with within(slot.label, slot.line):
+            self._check_arcs(slot.expression)
             types = {**self.types, OWN: self.types[joint]} if joint else self.types
             factors, offset = split(slot, types, angles, degrees=self.degrees)
             checked_value(offset, self.values)
@@ -50,11 +51,20 @@ class Converter:
                     fail(f"'{word}' is multiplied by zero")
         return join({joint if name == OWN and joint else name: factor for name, factor in factors.items()}, offset)
 
+    def _check_arcs(self, expression: Expression) -> None:
+        """Refuse a runtime parameter in an arc: kernels get such angles as constants."""
+        for name in (name for arc in arcs(expression) for name in names(arc)):
+            if name in self.parameters and self.parameters[name].runtime:
+                where = "cannot stand in asin, acos, atan or atan2"
+                fail(f"'{name}' is set at run time and {where}; make the angle a parameter")
+
     def row(self, raw: RawRow) -> Row:
         """Convert one row of the table."""
         with within(raw.where, raw.line):
-            entries = {slot.label: self.slot(slot, raw.name) for slot in raw.entries}
-            steps = tuple(Step(step.kind, self.slot(step.slot, raw.name)) for step in raw.steps)
+            if raw.offset:
+                self.slot(raw.offset)
+            entries = {slot.label: self.slot(_moved(slot, raw.offset), raw.name) for slot in raw.entries}
+            steps = tuple(Step(step.kind, self.slot(_moved(step.slot, raw.offset), raw.name)) for step in raw.steps)
         kind = self.types[raw.name]
         return Row(
             name=raw.name,
@@ -115,3 +125,11 @@ class Converter:
 
     def _step(self, raw: RawStep) -> Step:
         return Step(raw.kind, self.slot(raw.slot))
+
+
+def _moved(slot: Slot, offset: Slot | None) -> Slot:
+    """A slot whose own variable, if it has one, is q + offset."""
+    if offset is None or OWN not in slot.words:
+        return slot
+    expression = substitute(slot.expression, {OWN: add(Name(OWN), offset.expression)})
+    return replace(slot, expression=expression, words=(*slot.words, *offset.words))

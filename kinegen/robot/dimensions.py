@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from kinegen.robot.expressions import PI, Atan2, Call, Expression, Name, Power, Product, Sum, linear, names
+from kinegen.robot.expressions import PI, Atan2, Call, Expression, Name, Power, Product, Sum, is_arc, linear, names
 from kinegen.robot.fields import fail, within
 from kinegen.robot.model import Dimension
 from kinegen.robot.parameters import RawParameter
@@ -85,6 +85,8 @@ class _Uses:
                     self.visit(term, dimension, line)
             case Product(factors):
                 self._visit_product(factors, dimension, line)
+            case Call() | Atan2() if is_arc(expression):
+                self.note_all(expression, Dimension.NUMBER, line)
             case _:
                 # A power or a root of an angle is no angle; that of a length may be one, as in sqrt(a*a + b*b).
                 divisor = isinstance(expression, Power) and expression.exponent < 0
@@ -97,7 +99,8 @@ class _Uses:
         for divisor in divisors:
             self.note_all(divisor, Dimension.NUMBER, line)
         candidates = [factor for factor in named if factor not in divisors]
-        if dimension is Dimension.NUMBER or (dimension is Dimension.ANGLE and PI in factors):
+        turned = PI in factors or any(map(is_arc, factors))
+        if dimension is Dimension.NUMBER or (dimension is Dimension.ANGLE and turned):
             for factor in candidates:
                 self.note_all(factor, Dimension.NUMBER, line)
         elif len(candidates) == 1:

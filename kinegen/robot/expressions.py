@@ -30,16 +30,23 @@ from kinegen.robot.algebra import (
     Product,
     Sum,
     add,
-    depth,
-    largest_number,
-    linear,
+    arc_tangent,
+    call,
     multiply,
-    names,
     negate,
     number,
     power,
+)
+from kinegen.robot.trees import (
+    arcs,
+    depth,
+    is_arc,
+    largest_number,
+    linear,
+    names,
     size,
     substitute,
+    without_arcs,
 )
 
 __all__ = [
@@ -61,9 +68,13 @@ __all__ = [
     "Product",
     "Sum",
     "add",
+    "arc_tangent",
+    "arcs",
+    "call",
     "checked_depth",
     "depth",
     "evaluate",
+    "is_arc",
     "largest_number",
     "linear",
     "multiply",
@@ -75,21 +86,23 @@ __all__ = [
     "size",
     "substitute",
     "text_names",
+    "without_arcs",
 ]
 
-FUNCTIONS = ("sqrt",)
-"""The functions of the language; `pi` is its only other word."""
+FUNCTIONS = ("sqrt", "asin", "acos", "atan", "atan2")
+"""The functions of the language, all of constants; `pi` is its only other word."""
 
-ACTUATOR_FUNCTIONS = (*FUNCTIONS, "sin", "cos", "asin", "acos", "atan2")
-"""What the expressions of `actuators` may use besides; the table stays linear in its joint variables."""
+ACTUATOR_FUNCTIONS = (*FUNCTIONS, "sin", "cos")
+"""What the expressions of `actuators` may use, also of joints and readings; the table is linear in its joints."""
 
-_USAGE = {"sqrt": "sqrt(2)", "sin": "sin(30)", "cos": "cos(30)", "asin": "asin(0.5)", "acos": "acos(0.5)"}
+_VALUES = {"sqrt": "2", "sin": "30", "cos": "30", "asin": "0.5", "acos": "0.5", "atan": "0.5", "atan2": "1, 2"}
+"""A value of each function, for messages."""
 
 MAX_LENGTH = 500
 MAX_DEPTH = 40
 """Levels of brackets, and of the tree; later stages recurse over it with a few frames for each level."""
 MAX_DIGITS = 60
-_SPELLING = re.compile(r"[A-Za-z0-9_+\-*/().\s]*\Z")
+_SPELLING = re.compile(r"[A-Za-z0-9_+\-*/().,\s]*\Z")
 _WORD = re.compile(r"(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)")
 
 
@@ -162,11 +175,9 @@ def parse(text: str, functions: tuple[str, ...] = FUNCTIONS) -> Expression:
         raise ExpressionError(f"the expression has {len(text)} characters (at most {MAX_LENGTH})")
     if not text.strip():
         raise ExpressionError("the expression is empty")
-    spelled = text.replace(",", " ") if "atan2" in functions else text
-    if _SPELLING.match(spelled) is None:
-        bad = next(character for character in spelled if _SPELLING.match(character) is None)
-        hint = " (a decimal point is written '.')" if bad == "," else ""
-        raise ExpressionError(f"{bad!r} cannot stand in an expression{hint}")
+    if _SPELLING.match(text) is None:
+        bad = next(character for character in text if _SPELLING.match(character) is None)
+        raise ExpressionError(f"{bad!r} cannot stand in an expression")
     if _depth(text) > MAX_DEPTH:
         raise ExpressionError(f"brackets are nested more than {MAX_DEPTH} deep")
     exact: list[Fraction] = []
@@ -235,8 +246,8 @@ class _Conversion:
             case ast.Name("v_pi"):
                 return PI
             case ast.Name(name) if (word := name.removeprefix("v_")) in self.functions:
-                needed = "two values, as in atan2(1, 2)" if word == "atan2" else f"a value, as in {_USAGE[word]}"
-                raise ExpressionError(f"{word} needs {needed}")
+                needed = "two values" if word == "atan2" else "a value"
+                raise ExpressionError(f"{word} needs {needed}, as in {word}({_VALUES[word]})")
             case ast.Name(name):
                 return Name(name.removeprefix("v_"))
             case ast.UnaryOp(ast.UAdd(), operand):
@@ -247,6 +258,8 @@ class _Conversion:
                 return _combine(self.convert(left, depth + 1), operator, self.convert(right, depth + 1))
             case ast.Call(ast.Name(name), arguments, []):
                 return self._call(name.removeprefix("v_"), arguments, depth)
+            case ast.Tuple():
+                raise ExpressionError("',' cannot stand in an expression (a decimal point is written '.')")
         words = ", ".join(self.functions)
         raise ExpressionError(f"only numbers, names, pi, {words}, + - * / ** and brackets are allowed")
 
@@ -257,7 +270,7 @@ class _Conversion:
         if len(arguments) != wanted:
             raise ExpressionError(f"{function} takes {wanted} value{'s' if wanted > 1 else ''}, found {len(arguments)}")
         values = [self.convert(argument, depth + 1) for argument in arguments]
-        return Atan2(values[0], values[1]) if function == "atan2" else Call(function, values[0])
+        return arc_tangent(values[0], values[1]) if function == "atan2" else call(function, values[0])
 
 
 def _combine(left: Expression, operator: ast.operator, right: Expression) -> Expression:

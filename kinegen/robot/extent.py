@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate, linear
-from kinegen.robot.model import BASE, TOOL, WRIST, JointType, JointVariable, Robot, Step
+from kinegen.robot.expressions import Expression, evaluate, linear
+from kinegen.robot.floats import FLOATS
+from kinegen.robot.model import TOOL, WRIST, JointType, JointVariable, Robot, Step
 
 SMALLEST_REACH = 1e-6
 """Reach of a robot without any length, so that tolerances that scale with the reach never vanish."""
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 def joint_box(robot: Robot) -> tuple[tuple[float, float], ...]:
@@ -47,7 +46,7 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
     box = zip(robot.variables, joint_box(robot), strict=True)
     largest = {variable.name: max(abs(low), abs(high)) for variable, (low, high) in box}
     lengths = _lengths(robot)
-    totals = {BASE: 0.0}
+    totals = {robot.root: 0.0}
     for name, parent in _parents(robot):
         totals[name] = totals[parent] + sum(_largest(robot, length, largest) for length in lengths[name])
     return max(SMALLEST_REACH, *(totals[name] for name in (robot.tips if frames is None else frames)))
@@ -55,7 +54,7 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
 
 def _bounds(variable: JointVariable, stroke: float) -> tuple[float, float]:
     if variable.limits is not None:
-        low, high = (float(evaluate(limit, {}, _FLOATS)) for limit in variable.limits)
+        low, high = (float(evaluate(limit, {}, FLOATS)) for limit in variable.limits)
         return low, high
     half = stroke if variable.type is JointType.PRISMATIC else math.pi
     return -half, half
@@ -63,7 +62,7 @@ def _bounds(variable: JointVariable, stroke: float) -> tuple[float, float]:
 
 def _parents(robot: Robot) -> Iterator[tuple[str, str]]:
     """Every frame but the base with its parent, parents first; the base transform counts to each first row."""
-    last = robot.rows[-1].name if robot.rows else BASE
+    last = robot.rows[-1].name if robot.rows else robot.root
     for row in robot.rows:
         yield row.name, row.parent
     if not robot.is_tree:
@@ -80,7 +79,7 @@ def _lengths(robot: Robot) -> dict[str, tuple[Expression, ...]]:
     found = {TOOL: _shifts(robot.tool) + (() if robot.rows else base), WRIST: ()}
     for row in robot.rows:
         entries = tuple(entry for entry in (row.a, row.d) if entry is not None)
-        found[row.name] = (base if row.parent == BASE else ()) + _shifts(row.steps) + entries
+        found[row.name] = (base if row.parent == robot.root else ()) + _shifts(row.steps) + entries
     return found | {frame.name: _shifts(frame.steps) for frame in robot.frames}
 
 
@@ -93,17 +92,17 @@ def _split(robot: Robot, length: Expression) -> tuple[dict[str, Expression], Exp
 
 
 def _values(robot: Robot) -> dict[str, float]:
-    return {entry.name: float(evaluate(entry.value, {}, _FLOATS)) for entry in robot.parameters}
+    return {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
 
 
 def _constant(robot: Robot, length: Expression) -> float:
     """What a length measures when all joint variables are zero."""
-    return abs(float(evaluate(_split(robot, length)[1], _values(robot), _FLOATS)))
+    return abs(float(evaluate(_split(robot, length)[1], _values(robot), FLOATS)))
 
 
 def _largest(robot: Robot, length: Expression, largest: Mapping[str, float]) -> float:
     """The most that a length can measure over the joint box."""
     factors, _ = _split(robot, length)
     values = _values(robot)
-    strokes = (abs(float(evaluate(factor, values, _FLOATS))) * largest[name] for name, factor in factors.items())
+    strokes = (abs(float(evaluate(factor, values, FLOATS))) * largest[name] for name, factor in factors.items())
     return _constant(robot, length) + sum(strokes)

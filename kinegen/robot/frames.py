@@ -99,6 +99,7 @@ def _check_parent(frame: RawFrame, rows: tuple[RawRow, ...], frames: dict[str, R
     names = [row.name for row in rows]
     if frame.parent == frame.name:
         fail("a frame cannot be its own parent")
+    _refuse_two_meanings(frame.parent, rows, tree=tree)
     if frame.parent == BASE or frame.parent in names or frame.parent in frames:
         return
     if frame.parent in (TOOL, WRIST):
@@ -109,6 +110,18 @@ def _check_parent(frame: RawFrame, rows: tuple[RawRow, ...], frames: dict[str, R
         return
     known = [BASE, *(() if tree else (TOOL, WRIST)), *names, *(name for name in frames if name != frame.name)]
     fail(f"there is no frame {quote(frame.parent)} {expected(frame.parent, known)}")
+
+
+def _refuse_two_meanings(parent: str, rows: tuple[RawRow, ...], *, tree: bool) -> None:
+    """Refuse a parent that is the name of a joint and of another frame of the robot."""
+    row = next((row for row in rows if row.name == parent), None)
+    if row is None:
+        return
+    joint = f"{quote(parent)} is a joint here (line {row.line})"
+    if parent == BASE:
+        fail(f"{joint} as well as the root frame; rename the joint")
+    if parent == WRIST and (tree or row is not rows[-1]):
+        fail(f"{joint}, and elsewhere the last link of a chain; rename the joint")
 
 
 def _parents_first(frames: dict[str, RawFrame]) -> tuple[RawFrame, ...]:

@@ -6,20 +6,34 @@ expressions are joint variables (named after their joint) and parameters.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import StrEnum
 
+from kinegen.older import StrEnum
 from kinegen.robot.actuators import NO_ACTUATORS, Actuators
 from kinegen.robot.expressions import Expression
 
 BASE = "base"
-"""The root frame of every robot."""
+"""The root frame of every robot, unless a joint has this name."""
+
+ROOT = "(base)"
+"""The root frame of a robot with a joint named base; no file can spell it."""
 
 TOOL = "tool"
 """The tip of a chain: the last link, or the tool mounted on it."""
 
 WRIST = "wrist"
 """Another name for the last link of a chain."""
+
+
+def root_name(joints: Iterable[str]) -> str:
+    """What the root frame is called beside some joints."""
+    return ROOT if BASE in joints else BASE
+
+
+def frame_label(name: str | int) -> str:
+    """What printouts call a frame."""
+    return BASE if name == ROOT else str(name)
 
 
 class Convention(StrEnum):
@@ -128,7 +142,7 @@ class Row:
     Attributes:
         name: Joint name; also the name of the frame that the row reaches.
         number: Its place in the table, from 1.
-        parent: Name of an earlier row, or `BASE` for the frame after the robot's fixed base transform.
+        parent: Name of an earlier row, or the robot's `root` for the frame after its fixed base transform.
         convention: How the entries combine.
         alpha: Twist; None in an elementary sequence.
         a: Length; None in an elementary sequence.
@@ -162,7 +176,7 @@ class Frame:
 
     Attributes:
         name: As written.
-        parent: `BASE` (the root itself), `TOOL`, `WRIST`, a row or another frame.
+        parent: The robot's `root`, `TOOL`, `WRIST`, a row or another frame.
         steps: From the parent to this frame.
         line: Line of the file.
     """
@@ -219,6 +233,11 @@ class Robot:
     def dof(self) -> int:
         """Number of joint variables."""
         return len(self.variables)
+
+    @property
+    def root(self) -> str:
+        """The root frame, by which no joint is called."""
+        return root_name(row.name for row in self.rows)
 
     @property
     def runtime_parameters(self) -> tuple[Parameter, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
+from kinegen.robot.expressions import Name
 from kinegen.robot.fields import expected, fail, quote, within
 from kinegen.robot.model import Dimension, JointType
 from kinegen.robot.slots import OWN, RawRow, Slot
@@ -37,20 +38,34 @@ def joint_types(rows: tuple[RawRow, ...]) -> dict[str, JointType]:
                 fail(f"type is {row.declared}, but {_reason(row, kind)}")
             if row.limits and kind not in MOVING:
                 fail(f"limits need a joint variable, and the row has none ({STILL[kind]})", row.limits[0].line)
+            if row.offset:
+                _check_offset(row, row.offset, kind)
     return types
 
 
-def with_limits(rows: tuple[RawRow, ...], types: Mapping[str, JointType]) -> tuple[RawRow, ...]:
-    """Give the limits the dimension of their variable: lengths for a prismatic joint, angles for the others."""
-    return tuple(_with_limits(row, types[row.name]) for row in rows)
+def _check_offset(row: RawRow, offset: Slot, kind: JointType) -> None:
+    """Refuse an offset that has no q to be added to, or that could be read in two ways."""
+    with within("offset", offset.line):
+        if kind not in MOVING:
+            fail(f"it is added to q, and no q stands in the row ({STILL[kind]})")
+        own = [slot for slot in row.slots if OWN in slot.words]
+        if len(own) > 1:
+            places = " and ".join(slot.label for slot in own)
+            fail(f"q stands in {places}; write what is added to it there and leave offset out")
+        if own[0].expression != Name(OWN):
+            fail(f"{own[0].label} is not q alone, so offset could be read in two ways; write the sum there instead")
 
 
-def _with_limits(row: RawRow, kind: JointType) -> RawRow:
-    if row.limits is None:
-        return row
+def with_dimensions(rows: tuple[RawRow, ...], types: Mapping[str, JointType]) -> tuple[RawRow, ...]:
+    """Give offset and limits the dimension of their variable: a length for a prismatic joint, else an angle."""
+    return tuple(_with_dimensions(row, types[row.name]) for row in rows)
+
+
+def _with_dimensions(row: RawRow, kind: JointType) -> RawRow:
     dimension = Dimension.LENGTH if kind is JointType.PRISMATIC else Dimension.ANGLE
-    lower, upper = row.limits
-    return replace(row, limits=(replace(lower, dimension=dimension), replace(upper, dimension=dimension)))
+    offset = row.offset and replace(row.offset, dimension=dimension)
+    limits = row.limits and (replace(row.limits[0], dimension=dimension), replace(row.limits[1], dimension=dimension))
+    return replace(row, offset=offset, limits=limits)
 
 
 def check_names(slot: Slot, parameters: Collection[str], types: Mapping[str, JointType]) -> None:

@@ -27,6 +27,21 @@ def wrong(node: Node, wanted: str) -> NoReturn:
     fail(f"expected {wanted}, found {describe(node)}", node.line)
 
 
+def _refuse_cut(node: Node) -> None:
+    """Refuse text that YAML cut in two: a comma ends an entry in braces or a list, also inside `atan2(y, x)`."""
+    match node:
+        case Mapping(entries):
+            cut = [key.line for key, _ in entries if ")" in key.text and "(" not in key.text]
+        case Sequence(items):
+            cut = [
+                item.line for item in items if isinstance(item, Scalar) and item.text.count("(") > item.text.count(")")
+            ]
+        case _:
+            cut = []
+    if cut:
+        fail("text with a comma in it, as atan2(y, x), stands in quotation marks between braces", cut[0])
+
+
 def mapping(node: Node, keys: Collection[str], example: str) -> dict[str, Node]:
     """The entries of a mapping, all of them known.
 
@@ -40,6 +55,7 @@ def mapping(node: Node, keys: Collection[str], example: str) -> dict[str, Node]:
     """
     if not isinstance(node, Mapping):
         wrong(node, example)
+    _refuse_cut(node)
     for key, _ in node.entries:
         if key.text not in keys:
             fail(f"unknown key {quote(key.text)} {expected(key.text, keys)}", key.line)
@@ -50,6 +66,7 @@ def named(node: Node, example: str, limit: int) -> tuple[tuple[Scalar, Node], ..
     """The entries of a mapping whose keys are names that the user chose."""
     if not isinstance(node, Mapping):
         wrong(node, example)
+    _refuse_cut(node)
     if len(node.entries) > limit:
         fail(f"{len(node.entries)} entries are too many (at most {limit})", node.line)
     return node.entries
@@ -59,6 +76,7 @@ def items(node: Node, wanted: str, count: int | None = None) -> tuple[Node, ...]
     """The items of a list, of a given length if there is one."""
     if not isinstance(node, Sequence):
         wrong(node, wanted)
+    _refuse_cut(node)
     if count is not None and len(node.items) != count:
         found = f"{len(node.items)} value{'' if len(node.items) == 1 else 's'}"
         fail(f"expected {wanted}, found {found}", node.line)

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinegen.robot import keys
-from kinegen.robot.expressions import Expression, ExpressionError, checked_depth, largest_number, size, substitute
+from kinegen.robot.expressions import (
+    FUNCTIONS,
+    Expression,
+    ExpressionError,
+    checked_depth,
+    largest_number,
+    size,
+    substitute,
+)
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
 from kinegen.robot.model import Dimension, Parameter
 from kinegen.robot.nodes import choice, mapping, named
@@ -51,6 +59,8 @@ def read_parameters(node: Node | None, joints: Mapping[str, int]) -> tuple[RawPa
     for key, value in entries:
         accept_name("parameter", key.text, key.line)
         with within(f"parameter {quote(key.text)}", key.line):
+            if key.text in FUNCTIONS:
+                fail("this is a function; choose another name")
             if key.text in joints:
                 fail(f"a joint has this name too (line {joints[key.text]})")
             for other in read:

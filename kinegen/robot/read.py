@@ -8,7 +8,7 @@ from kinegen.robot import keys
 from kinegen.robot.actuators_read import RawActuators, read_actuators
 from kinegen.robot.fields import accept_name, fail, quote, within
 from kinegen.robot.frames import read_fixed, read_frames
-from kinegen.robot.model import BASE, TOOL, WRIST, Convention, Units
+from kinegen.robot.model import BASE, TOOL, Convention, Units
 from kinegen.robot.nodes import choice, mapping, word
 from kinegen.robot.parameters import RawParameter, read_parameters
 from kinegen.robot.rows import read_rows
@@ -52,7 +52,7 @@ def read_robot(root: Mapping) -> RawRobot:
     convention, units = _convention(fields["convention"]), _units(fields["units"])
     rows = read_rows(fields["joints"], convention)
     tree = _is_tree(rows)
-    _check_row_names(rows, tree=tree)
+    _check_row_names(rows)
     if tree and "tool" in fields:
         fail("a robot with several tips has no tool; add fixed rows or frames instead", fields["tool"].line)
     return RawRobot(
@@ -109,7 +109,7 @@ def _is_tree(rows: tuple[RawRow, ...]) -> bool:
     return sum(row.name not in parents for row in rows) > 1
 
 
-def _check_row_names(rows: tuple[RawRow, ...], *, tree: bool) -> None:
+def _check_row_names(rows: tuple[RawRow, ...]) -> None:
     """Rows are frames too, and frames become macros in upper case."""
     seen: dict[str, RawRow] = {}
     for row in rows:
@@ -119,7 +119,5 @@ def _check_row_names(rows: tuple[RawRow, ...], *, tree: bool) -> None:
                 fail(f"joint {other.number} has the same name (line {other.line})")
             if other is not row:
                 fail(f"differs from joint '{other.name}' in upper and lower case only, which macros lose")
-            if row.name.lower() in (BASE, TOOL):
-                fail(f"{quote(row.name.lower())} is a frame of every robot; choose another name")
-            if row.name.lower() == WRIST and (tree or row is not rows[-1]):
-                fail("'wrist' means the last link of a chain; choose another name")
+            if row.name.lower() == TOOL:
+                fail(f"{quote(TOOL)} is a frame of every robot; choose another name")

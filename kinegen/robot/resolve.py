@@ -8,7 +8,7 @@ from kinegen.robot.convert import Converter
 from kinegen.robot.dimensions import find_dimensions
 from kinegen.robot.fields import within
 from kinegen.robot.model import Robot
-from kinegen.robot.motion import check_names, joint_types, with_limits
+from kinegen.robot.motion import check_names, joint_types, with_dimensions
 from kinegen.robot.parameters import close_parameters
 from kinegen.robot.read import RawRobot
 from kinegen.robot.slots import all_slots
@@ -30,7 +30,7 @@ def resolve(raw: RawRobot, source: str) -> Robot:
     """
     degrees = raw.units.angle == "deg"
     types = joint_types(raw.rows)
-    rows = with_limits(raw.rows, types)
+    rows = with_dimensions(raw.rows, types)
     slots = tuple(all_slots(rows, (raw.base, raw.tool, *raw.frames)))
     known = [parameter.name for parameter in raw.parameters]
     for where, slot in slots:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from kinegen.robot import keys
+from kinegen.robot.expressions import FUNCTIONS
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
-from kinegen.robot.model import BASE, Convention, Dimension
+from kinegen.robot.model import BASE, Convention, Dimension, root_name
 from kinegen.robot.nodes import choice, items, mapping, word
 from kinegen.robot.slots import RawRow, Slot, read_slot, read_steps
 from kinegen.robot.yaml_tree import Mapping, Node, Scalar
@@ -18,7 +19,7 @@ def read_rows(node: Node, convention: Convention) -> tuple[RawRow, ...]:
         convention: The convention of the file.
 
     Returns:
-        The rows in order; each parent is `BASE` or an earlier row.
+        The rows in order; each parent is the root frame or an earlier row.
 
     Raises:
         RobotFileError: At the first defect.
@@ -52,6 +53,8 @@ def _read_row(node: Node, above: list[RawRow], lines: dict[str, int], convention
             fail("key 'name' is missing (as in name: elbow)")
         name = word(fields["name"], "a name")
         accept_name("joint", name, fields["name"].line)
+        if name in FUNCTIONS:
+            fail(f"{quote(name)} is a function; choose another name", fields["name"].line)
         own = _row_convention(fields, convention)
         steps = read_steps(fields["ets"], moving=True) if "ets" in fields else ()
         return RawRow(
@@ -61,6 +64,7 @@ def _read_row(node: Node, above: list[RawRow], lines: dict[str, int], convention
             convention=own,
             entries=_entries(fields, own),
             steps=steps,
+            offset=_offset(fields.get("offset")),
             limits=_limits(fields.get("limits")),
             declared=choice(fields["type"], "type", keys.JOINT_TYPES) if "type" in fields else None,
             line=node.line,
@@ -111,23 +115,30 @@ def _entry(node: Node, key: str) -> Slot:
     return read_slot(node, key, dimension, 2 if key in keys.MOVING_ENTRIES else None)
 
 
+def _offset(node: Node | None) -> Slot | None:
+    # The joint's type decides what it measures, as for limits.
+    return None if node is None else read_slot(node, "offset", Dimension.LENGTH)
+
+
 def _limits(node: Node | None) -> tuple[Slot, Slot] | None:
     if node is None:
         return None
     with within("limits", node.line):
         lower, upper = items(node, "two values, [lower, upper]", 2)
-    # The joint's type decides what the limits measure; `convert` replaces the dimension.
+    # The joint's type decides what the limits measure; `motion.with_dimensions` replaces the dimension.
     return read_slot(lower, "limits", Dimension.LENGTH), read_slot(upper, "limits", Dimension.LENGTH)
 
 
 def _parent(node: Node | None, name: str, above: list[RawRow], lines: dict[str, int]) -> str:
     if node is None:
-        return above[-1].name if above else BASE
+        return above[-1].name if above else root_name(lines)
     with within("parent", node.line):
         parent = word(node, "the name of an earlier row, or base")
         if parent == name:
             fail("a row cannot be its own parent")
         names = [row.name for row in above]
+        if parent == BASE and BASE in lines:
+            fail(f"{quote(BASE)} is a joint here (line {lines[BASE]}) as well as the root frame; rename the joint")
         if parent not in (BASE, *names):
             if parent in lines:
                 fail(f"{quote(parent)} stands below (line {lines[parent]}); a parent stands above its children")

@@ -87,6 +87,7 @@ def _row() -> Schema:
         "name": _ref("name"),
         "ets": _ref("steps"),
         "parent": _ref("name"),
+        "offset": _ref("expression"),
         "limits": {"type": "array", "items": _ref("expression"), "minItems": 2, "maxItems": 2},
         "type": _one_of(keys.JOINT_TYPES),
         "convention": _one_of(keys.TABLE_CONVENTIONS),

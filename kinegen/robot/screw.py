@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate, linear
+from kinegen.robot.expressions import Expression, evaluate, linear
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import JointType, Robot, Row
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 def screw_leads(robot: Robot) -> dict[str, float]:
@@ -23,11 +22,11 @@ def screw_leads(robot: Robot) -> dict[str, float]:
     Returns:
         Lengths a turn in the file's unit, by joint name; negative where the joint goes back along its axis.
     """
-    values = {entry.name: float(evaluate(entry.value, {}, _FLOATS)) for entry in robot.parameters}
+    values = {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
 
     def pitch(row: Row, parts: Iterator[Expression]) -> float:
         factors = (linear(part, frozenset({row.name}))[0].get(row.name) for part in parts)
-        return sum(float(evaluate(factor, values, _FLOATS)) for factor in factors if factor is not None)
+        return sum(float(evaluate(factor, values, FLOATS)) for factor in factors if factor is not None)
 
     return {
         row.name: 2 * math.pi * pitch(row, _shifts(row)) / pitch(row, _turns(row))

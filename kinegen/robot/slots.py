@@ -60,7 +60,7 @@ class RawStep:
 
 @dataclass(frozen=True, slots=True)
 class RawRow:
-    """One row of the table as written; `parent` is resolved, `limits` have no dimension yet."""
+    """One row of the table as written; `parent` is resolved, `offset` and `limits` have no dimension yet."""
 
     name: str
     number: int
@@ -68,6 +68,7 @@ class RawRow:
     convention: Convention
     entries: tuple[Slot, ...]
     steps: tuple[RawStep, ...]
+    offset: Slot | None
     limits: tuple[Slot, Slot] | None
     declared: str | None
     line: int
@@ -79,8 +80,13 @@ class RawRow:
 
     @property
     def slots(self) -> tuple[Slot, ...]:
-        """Its entries or steps, without the limits."""
+        """Its entries or steps, without offset and limits."""
         return self.entries + tuple(step.slot for step in self.steps)
+
+    @property
+    def constants(self) -> tuple[Slot, ...]:
+        """Its offset and limits, which hold no joint variable."""
+        return (*([self.offset] if self.offset else []), *(self.limits or ()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +163,6 @@ def _read_step(node: Node, label: str, *, moving: bool) -> RawStep:
 def all_slots(rows: tuple[RawRow, ...], fixed: tuple[RawFrame, ...]) -> Iterator[tuple[str, Slot]]:
     """Every slot outside the parameters, with the name of its row or frame."""
     for row in rows:
-        yield from ((row.where, slot) for slot in row.slots + (row.limits or ()))
+        yield from ((row.where, slot) for slot in row.slots + row.constants)
     for frame in fixed:
         yield from ((frame.where, step.slot) for step in frame.steps)

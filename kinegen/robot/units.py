@@ -1,8 +1,8 @@
 """Degrees to radians, exactly.
 
 In an angle slot of a file in degrees every quantity counts in degrees and `pi` is half a turn, so `pi/2`, `90` and a
-quarter turn are the same. In a length slot nothing is converted: a revolute variable there is in radians, as the
-kernels have it, and `pi` is the number.
+quarter turn are the same; `atan2(1, 2)` is the angle itself, whose two values are plain numbers. In a length slot
+nothing is converted: a revolute variable there is in radians, as the kernels have it, and `pi` is the number.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from kinegen.robot.expressions import (
     number,
     power,
     substitute,
+    without_arcs,
 )
 from kinegen.robot.model import Dimension, JointType
 from kinegen.robot.slots import Slot
@@ -42,6 +43,11 @@ def radians(expression: Expression, angles: frozenset[str]) -> Expression:
     Returns:
         The same angle in radians; the terms of a sum are converted one by one, so that `90 + p` becomes `p + pi/2`.
     """
+    hidden, found = without_arcs(expression)
+    return substitute(_radians(hidden, angles.union(found)), found)
+
+
+def _radians(expression: Expression, angles: frozenset[str]) -> Expression:
     try:
         factors, rest = linear(expression, angles)
     except ExpressionError:
@@ -49,6 +55,13 @@ def radians(expression: Expression, angles: frozenset[str]) -> Expression:
         return _scale(substitute(expression, in_degrees, HALF_TURN))
     terms = [multiply(substitute(factor, {}, HALF_TURN), Name(name)) for name, factor in factors.items()]
     return add(*terms, _scale(substitute(rest, {}, HALF_TURN)))
+
+
+def _in_degrees(factor: Expression, angles: frozenset[str]) -> Expression:
+    """The same number of degrees, with every name and arc in radians."""
+    hidden, found = without_arcs(factor)
+    in_degrees = {name: multiply(RADIAN, Name(name)) for name in angles.union(found)}
+    return substitute(substitute(hidden, in_degrees, HALF_TURN), found)
 
 
 def _scale(expression: Expression) -> Expression:
@@ -77,8 +90,7 @@ def split(
     factors, offset = linear(slot.expression, frozenset(types))
     if not degrees or slot.dimension is not Dimension.ANGLE:
         return factors, offset
-    in_degrees = {name: multiply(RADIAN, Name(name)) for name in angles}
-    converted = {name: substitute(factor, in_degrees, HALF_TURN) for name, factor in factors.items()}
+    converted = {name: _in_degrees(factor, angles) for name, factor in factors.items()}
     for name, factor in converted.items():
         if types[name] is JointType.PRISMATIC:
             converted[name] = _scale(factor)

@@ -15,6 +15,9 @@ MAX_VALUE = Decimal("1e12")
 """Beyond this a length or angle is a slip of the pen, and single precision begins to overflow in products."""
 
 _ZERO = Decimal("1e-40")
+_SMALL, _TERMS = Decimal("0.05"), 21
+"""Where Taylor's series of the arc tangent begins, and its terms for 50 digits there."""
+
 _CONTEXT = Context(prec=50)
 _PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
 
@@ -29,7 +32,49 @@ def _square_root(value: Decimal) -> Decimal:
     return max(value, Decimal(0)).sqrt()
 
 
-_DECIMALS = Arithmetic(_number, _PI, {"sqrt": _square_root})
+def _arc_tangent(value: Decimal) -> Decimal:
+    """By Taylor's series, after half-angle steps to a small value."""
+    halvings = 0
+    while abs(value) > _SMALL:
+        value /= 1 + (1 + value * value).sqrt()
+        halvings += 1
+    power: Decimal = value
+    total: Decimal = value
+    for odd in range(3, 2 * _TERMS, 2):
+        power *= -value * value
+        total += power / odd
+    return total * Decimal(2**halvings)
+
+
+def _arc_tangent2(y: Decimal, x: Decimal) -> Decimal:
+    if is_zero(x) and is_zero(y):
+        raise ExpressionError("it holds atan2(0, 0), which has no value")
+    if abs(y) > abs(x):
+        return (_PI / 2).copy_sign(y) - _arc_tangent(x / y)
+    return _arc_tangent(y / x) + (0 if x > 0 else _PI.copy_sign(y))
+
+
+def _arc_sine(value: Decimal) -> Decimal:
+    if abs(value) > 1 + _ZERO:
+        raise ExpressionError("it holds the asin or acos of a number beyond 1 or -1")
+    return _arc_tangent2(value, max(1 - value * value, Decimal(0)).sqrt())
+
+
+def _arc_cosine(value: Decimal) -> Decimal:
+    return _PI / 2 - _arc_sine(value)
+
+
+_DECIMALS = Arithmetic(
+    _number,
+    _PI,
+    {
+        "sqrt": _square_root,
+        "asin": _arc_sine,
+        "acos": _arc_cosine,
+        "atan": _arc_tangent,
+        "atan2": _arc_tangent2,
+    },
+)
 
 
 def checked_value(expression: Expression, values: Mapping[str, Decimal]) -> Decimal:

@@ -7,6 +7,7 @@ anything is built. What the entries mean is not decided here.
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -69,6 +70,8 @@ def decode(data: bytes) -> str:
     """
     if len(data) > MAX_BYTES:
         fail(f"the file is larger than {MAX_BYTES // 1024} KiB, too large for a robot file")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        fail("this is UTF-16 text; save the file as UTF-8")
     if b"\0" in data:
         fail("this is a binary file; a robot file is UTF-8 text")
     try:

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import assert_never
 
 import sympy as sp
 
 from kinegen.errors import KinegenError
+from kinegen.older import assert_never
 from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Triangle
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Robot
@@ -25,7 +25,7 @@ from kinegen.symbolic.transforms import EXACT, symbols
 FREE = Arithmetic(
     number=EXACT.number,
     pi=EXACT.pi,
-    functions={"sqrt": sp.sqrt, "sin": sp.sin, "cos": sp.cos, "asin": sp.asin, "acos": sp.acos, "atan2": sp.atan2},
+    functions={**EXACT.functions, "sin": sp.sin, "cos": sp.cos},
 )
 """Exact sympy numbers, with every function that an actuator may need."""
 

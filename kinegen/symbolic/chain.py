@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 from kinegen.errors import KinegenError
-from kinegen.robot.model import BASE, TOOL, WRIST, Robot
+from kinegen.robot.model import ROOT, TOOL, WRIST, Robot
 from kinegen.symbolic.transforms import Elementary, Values, inverse, row_transforms, step_transforms
 
 FrameName = str | int
@@ -57,8 +57,8 @@ def frames_between(robot: Robot, start: FrameName, end: FrameName) -> tuple[tupl
     Raises:
         KinegenError: If a frame does not exist.
     """
-    up = [BASE, *_ancestry(robot, _resolve(robot, start))]
-    down = [BASE, *_ancestry(robot, _resolve(robot, end))]
+    up = [robot.root, *_ancestry(robot, _resolve(robot, start))]
+    down = [robot.root, *_ancestry(robot, _resolve(robot, end))]
     while len(up) > 1 and len(down) > 1 and up[1] == down[1]:
         up, down = up[1:], down[1:]
     climbed = list(itertools.pairwise(up))[::-1]
@@ -71,23 +71,24 @@ def _resolve(robot: Robot, frame: FrameName) -> str:
         return robot.rows[int(text) - 1].name if int(text) else _ORIGIN
     if text == WRIST and not robot.is_tree and text not in robot.frame_names:
         return robot.leaves[0] if robot.rows else _ORIGIN
-    known = (BASE, *robot.frame_names)
+    known = (robot.root, *robot.frame_names)
     if text not in known:
         numbers = f"0 to {len(robot.rows)}"
-        raise KinegenError(f"unknown frame '{text}' (expected {', '.join(known)}, or a number from {numbers})")
+        names = ", ".join(name for name in known if name != ROOT)
+        raise KinegenError(f"unknown frame '{text}' (expected {names}, or a number from {numbers})")
     return text
 
 
 def _ancestry(robot: Robot, name: str) -> list[str]:
     """The frames from below the root down to `name`; the root itself is left out."""
-    parents = {row.name: _ORIGIN if row.parent == BASE else row.parent for row in robot.rows}
-    parents[_ORIGIN] = BASE
+    parents = {row.name: _ORIGIN if row.parent == robot.root else row.parent for row in robot.rows}
+    parents[_ORIGIN] = robot.root
     if not robot.is_tree:
         parents[TOOL] = robot.leaves[0] if robot.rows else _ORIGIN
     for frame in robot.frames:
         parents[frame.name] = _resolve(robot, frame.parent)
     path: list[str] = []
-    while name != BASE:
+    while name != robot.root:
         path.append(name)
         name = parents[name]
     return path[::-1]

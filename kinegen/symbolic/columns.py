@@ -76,7 +76,12 @@ def linear(route: Route, moving: Sequence[Mover], turning: Vector, end: Vector) 
     Yields:
         The same vector, computed in many ways.
     """
+    if route.is_long and len(moving) == 1 and moving[0].mark.is_turn:
+        yield route.ledger.tape.vector(cross(turning, route.reach(moving[0].place)))
+        return
     yield from route.ways(_levered(moving, route.lever))
+    if route.is_long:
+        return
     yield from route.ways(_levered(moving, lambda place: route.ahead(place, end)))
     yield from route.ways(_behind(route, moving))
     if len(moving) == 1 and moving[0].mark.is_turn:
@@ -102,6 +107,8 @@ def moment(route: Route, moving: Sequence[Mover], turning: Vector) -> Iterator[V
         place, axis = moving[0].place, moving[0].mark.axis
         for point in (route.shortened(place, axis), place, route.lowered(place, axis)):
             yield tape.vector(cross(route.point(point), turning))
+            if route.is_long:
+                return
     shifting = turned = NULL
     first = min((mover.place[0] for mover in moving), default=0)
     for level in range(max((mover.place[0] for mover in moving), default=0), -1, -1):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from kinegen.errors import KinegenError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import BASE, Robot
@@ -19,8 +21,9 @@ from kinegen.symbolic.se3 import derive_se3
 from kinegen.symbolic.velocity import derive_velocity
 
 
+@lru_cache(maxsize=32)
 def derive(robot: Robot, quantity: Quantity) -> Expressions:
-    """Derive one kinematic quantity.
+    """Derive one kinematic quantity; a build and its proof ask for the same ones.
 
     Args:
         robot: The robot.
@@ -33,7 +36,7 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
         KinegenError: If the quantity names a frame that does not exist; the message lists those that do.
     """
     if quantity.frame.isdecimal():
-        known = ", ".join((BASE, *robot.frame_names))
+        known = ", ".join(dict.fromkeys((BASE, *robot.frame_names)))
         raise KinegenError(f"{quantity}: functions are named after frames, not after their numbers (expected {known})")
     match quantity.kind:
         case Kind.POSE:

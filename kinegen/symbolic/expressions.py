@@ -9,6 +9,9 @@ import sympy as sp
 from kinegen.outputs import Signature
 from kinegen.symbolic.fold import Vector
 
+IN_SINGLE = sp.Dummy("in_single", nonnegative=True)
+"""0 in double precision and 1 in single precision; what is made of it and of numbers becomes a constant."""
+
 Definition = tuple[sp.Symbol, sp.Expr]
 
 
@@ -56,6 +59,16 @@ class Tape:
             self._named[expression] = symbol
             self.definitions.append((symbol, expression))
         return self._named[expression]
+
+
+def by_type(double: sp.Expr, single: sp.Expr) -> sp.Expr:
+    """A number that depends on the number type, such as a tolerance."""
+    return double + IN_SINGLE * (single - double)
+
+
+def number_of(expression: sp.Expr, *, single: bool) -> float:
+    """The value of such a number, or of any other one, in a number type."""
+    return float(sp.N(expression.subs(IN_SINGLE, int(single))))
 
 
 def is_atom(expression: sp.Expr) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.expressions import Definition, Expressions, Tape
 from kinegen.symbolic.fold import NULL, Leg, Vector, total, trace
@@ -73,7 +73,7 @@ def forward_poses(
     outwards = _Outwards()
     entries: list[sp.Expr] = []
     for frame in frames:
-        trail = trace(transforms_between(robot, BASE, frame, values))
+        trail = trace(transforms_between(robot, robot.root, frame, values))
         rows = outwards.rotation(trail.turns)
         position = outwards.position(trail.legs)
         for row, place in zip(rows, position, strict=True):

@@ -16,7 +16,7 @@ from functools import reduce
 import sympy as sp
 
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.columns import Motion
 from kinegen.symbolic.derivative import Chain, Driven, derivative_of
@@ -51,7 +51,7 @@ def derive_hessian(robot: Robot, quantity: Quantity) -> Expressions:
     """
     values = symbols(robot, keep_parameters=False)
     joints = joint_symbols(robot, values)
-    chains = [transforms_between(robot, BASE, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
     rates = [_moving(rates_by(chain, joints)) for chain in chains]
     found = derivative_of([_one_by_one(chain, each) for chain, each in zip(chains, rates, strict=True)])
     tape = Tape(list(found.definitions))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.derivative import derivative
 from kinegen.symbolic.expressions import Expressions
@@ -43,7 +43,7 @@ def derive_jacobian(robot: Robot, quantity: Quantity) -> Expressions:
     values = symbols(robot, keep_parameters=False)
     joints = joint_symbols(robot, values)
     with_poses = quantity.kind is Kind.FK_JACOBIAN
-    chains = [transforms_between(robot, BASE, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
     found = derivative(chains, joints, quantity.reference, with_poses)
     jacobian = frame_array(robot, quantity, "jacobian", (6, robot.dof))
     results = (pose_array(robot, quantity), jacobian) if with_poses else (jacobian,)

@@ -19,6 +19,14 @@ _GREEK = dict(zip(_GREEK_NAMES.split(), "αβγδεζηθικλμνξρστφχ�
 _INDEXED = re.compile(r"(?P<letter>[A-Za-z]|alpha|beta|gamma|delta|lambda|phi|theta)_?(?P<index>[A-Z]?[0-9]+)\Z")
 
 
+_LATEX_ARCS = {
+    "asin": r"\arcsin",
+    "acos": r"\arccos",
+    "atan": r"\arctan",
+    "atan2": r"\operatorname{atan2}",
+}
+
+
 class Text(Notation):
     """Plain text, as one types it: `c1*(a2*c2 + a3*c23)`."""
 
@@ -104,7 +112,9 @@ class Latex(Notation):
 
     def function(self, name: str, inside: str) -> str:
         r"""`\cos\left(\frac{\pi}{7}\right)`."""
-        return rf"\left|{inside}\right|" if name == "abs" else rf"\{name}{self.brackets(inside)}"
+        if name == "abs":
+            return rf"\left|{inside}\right|"
+        return f"{_LATEX_ARCS.get(name, chr(92) + name)}{self.brackets(inside)}"
 
     def brackets(self, inside: str) -> str:
         r"""`(a + b)`, or `\left(\frac{a}{2} + b\right)`; lines can be broken between brackets that do not grow."""
@@ -127,6 +137,7 @@ class MathML(Notation):
 
     times = "<mo>\u2062</mo>"
     plus, minus, negative = "<mo>+</mo>", "<mo>\u2212</mo>", "<mo>\u2212</mo>"
+    comma = "<mo>,</mo>"
 
     def symbol(self, name: str, kind: str) -> str:
         """A letter with its index below."""

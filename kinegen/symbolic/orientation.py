@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import sympy as sp
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic import coordinates
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.coordinates import Coordinates, Rows
@@ -118,7 +118,7 @@ def derive_orientation_jacobian(robot: Robot, quantity: Quantity) -> Expressions
 def _turns(robot: Robot, quantity: Quantity, values: Values) -> list[tuple[Turn, ...]]:
     """The turns on the way from the base to each frame."""
     return [
-        tuple(step for step in transforms_between(robot, BASE, frame, values) if isinstance(step, Turn))
+        tuple(step for step in transforms_between(robot, robot.root, frame, values) if isinstance(step, Turn))
         for frame in frames_of(robot, quantity)
     ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kinegen.errors import KinegenError
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.derivative import derivative
 from kinegen.symbolic.expressions import Expressions
@@ -43,7 +43,7 @@ def derive_parameter_jacobian(robot: Robot, quantity: Quantity) -> Expressions:
             "(as in --wrt dh), or write runtime: true in the file"
         )
     values = symbols(robot, keep_parameters=False)
-    chains = [transforms_between(robot, BASE, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
     found = derivative(chains, [values[parameter.name] for parameter in varied], quantity.reference)
     jacobian = frame_array(robot, quantity, "jacobian", (6, len(varied)))
     return Expressions(

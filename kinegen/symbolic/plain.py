@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import links_between
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import fold
@@ -30,7 +30,7 @@ def derive_plain(robot: Robot) -> Expressions:
     entries: list[sp.Expr] = []
     for tip in robot.tips:
         rows: Rows = tuple((*unit, sp.S.Zero) for unit in UNITS)
-        for link in links_between(robot, BASE, tip, values):
+        for link in links_between(robot, robot.root, tip, values):
             rows = _times(rows, _link_matrix(link), tape)
         entries += [entry for row in rows for entry in row]
     return Expressions(

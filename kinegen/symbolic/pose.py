@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import FrameName, transforms_between
 from kinegen.symbolic.expressions import Definition, Expressions, Tape, cost
 from kinegen.symbolic.fold import NULL, Attitude, Folded, Vector, fold, rotate, total
@@ -71,7 +71,7 @@ def derive_pose(robot: Robot, quantity: Quantity = Quantity.POSE) -> Expressions
     entries: list[sp.Expr] = []
     frames = frames_of(robot, quantity)
     for frame in frames:
-        folded = fold(transforms_between(robot, BASE, frame, values))
+        folded = fold(transforms_between(robot, robot.root, frame, values))
         columns, position = evaluate(folded, cheapest_plan(folded), tape)
         entries += pose_entries(columns, position, folded.attitude)
     best = (tuple(tape.definitions), tuple(entries))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from kinegen.outputs import Quantity
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import fold
@@ -38,7 +38,7 @@ def derive_position(robot: Robot, quantity: Quantity = Quantity.POSITION) -> Exp
     tape = Tape()
     entries: list[sp.Expr] = []
     for frame in frames_of(robot, quantity):
-        folded = fold(transforms_between(robot, BASE, frame, values))
+        folded = fold(transforms_between(robot, robot.root, frame, values))
         _, position = evaluate(folded, Plan((0, 1)), tape)
         entries += position
     return Expressions(

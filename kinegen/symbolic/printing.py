@@ -21,12 +21,14 @@ class Notation(ABC):
         plus: Stands before a term that is added.
         minus: Stands before a term that is taken away.
         negative: Stands before a first term that is taken away.
+        comma: Stands between the arguments of a function.
         quarters: Whether small halves and quarters, such as 3/2, stay fractions where they stand alone.
     """
 
     times = "*"
     plus, minus = " + ", " - "
     negative = "-"
+    comma = ", "
     quarters = True
 
     def entry(self, expression: Sum) -> str:
@@ -75,8 +77,8 @@ class Notation(ABC):
                 return self.root(self.entry(inside))
             case Power(base, exponent):
                 return self.power(self.factor(base, True), exponent)
-            case Function(name, argument):
-                return self.function(name, self.entry(argument))
+            case Function(name, arguments):
+                return self.function(name, self.comma.join(map(self.entry, arguments)))
             case Sum():
                 return self.brackets(self.entry(factor)) if in_product else self.entry(factor)
 
@@ -126,7 +128,7 @@ class Notation(ABC):
         return f"{base}**{exponent}"
 
     def function(self, name: str, inside: str) -> str:
-        """A sine, cosine or absolute value: `cos(pi/7)`."""
+        """A function: `cos(pi/7)`, `atan2(1, 2)`."""
         return f"{name}({inside})"
 
     def brackets(self, inside: str) -> str:

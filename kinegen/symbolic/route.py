@@ -22,6 +22,10 @@ Parts = Mapping[int, Vector]
 _NEAR = 4
 """How many levels from either end of the way back are tried as the one from which columns take over."""
 
+LONG = 30
+"""Chains of more turns than this are not searched for the cheapest way: each vector has one way, by the columns of the
+rotation. The search takes time with the third power of the length."""
+
 Place = tuple[int, int]
 """A point of a marked chain: a level, and how many of its items stand before the point."""
 
@@ -57,6 +61,11 @@ class Route:
     _ways: dict[tuple[tuple[int, Vector], ...], tuple[Vector, ...]] = field(default_factory=dict)
     _reaches: dict[Place, Vector] = field(default_factory=dict)
     _points: dict[Place, Vector] = field(default_factory=dict)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether every vector has one way alone."""
+        return len(self.marked.turns) > LONG
 
     def column(self, level: int, axis: int) -> Vector:
         """An axis of a level in the axes of the start: a column of the rotation by all turns before it."""
@@ -95,6 +104,11 @@ class Route:
     def _new_ways(self, parts: Parts) -> Iterator[Vector]:
         tape = self.ledger.tape
         vector = NULL
+        if self.is_long:
+            for level, part in sorted(parts.items()):
+                vector = total(vector, self.outwards(level, part))
+            yield tape.vector(vector)
+            return
         top = max(parts, default=0)
         for level in range(top, -1, -1):
             if level in parts:
@@ -166,6 +180,9 @@ class Route:
 
     def positions(self) -> Iterator[Vector]:
         """The end of the chain as seen from the start: turned back from some level, and from there by columns."""
+        if self.is_long:
+            yield self.reach((0, 0))
+            return
         yield self.lever((0, 0))
         for level in reversed(range(len(self.marked.turns))):
             near = self._turned_back(level, pieces(self.marked.levels[level]))
@@ -185,7 +202,7 @@ class Route:
         if place not in self._points:
             level, index = place
             offset = pieces(self.marked.levels[level][:index])
-            ways = [self._turned_back(level, offset)]
+            ways = [] if self.is_long and level else [self._turned_back(level, offset)]
             if level:
                 before = self.point((level - 1, len(self.marked.levels[level - 1])))
                 ways.append(self.ledger.tape.vector(total(before, self.start(level, offset))))

@@ -82,8 +82,10 @@ def make_sheet(
     Raises:
         KinegenError: If a frame does not exist, or a single row is too long to be printed.
     """
+    if start == BASE != robot.root:
+        raise KinegenError("'base' is a joint of this robot as well as its root frame; give a row number, or no --from")
     labels = AngleLabels(robot.dof)
-    begin = start if start is not None else 0 if str(end).isdecimal() and not robot.base else BASE
+    begin = start if start is not None else 0 if str(end).isdecimal() and not robot.base else robot.root
     ends: tuple[FrameName, ...] = robot.tips if end is None else (end,)
     ways = [frames_between(robot, begin, tip) for tip in ends]
     pairs = dict.fromkeys(pair for way in ways for pair in way if steps and _is_link(robot, pair))
@@ -131,7 +133,7 @@ def _cuts(robot: Robot, start: FrameName, end: FrameName) -> tuple[FrameName, ..
     """The frames at which a product is cut into parts, with both of its ends."""
     if _turns(robot, start, end) <= MOST_TURNS:
         return start, end
-    ancestors = {child: parent for parent, child in frames_between(robot, BASE, end)}
+    ancestors = {child: parent for parent, child in frames_between(robot, robot.root, end)}
     stations = [start]
     before = start
     for parent, child in frames_between(robot, start, end):
@@ -148,7 +150,7 @@ def _turns(robot: Robot, start: FrameName, end: FrameName) -> int:
 
 def _is_link(robot: Robot, pair: tuple[str, str]) -> bool:
     """Whether two frames are joined by something; base and tool often are not."""
-    if pair == (BASE, "0"):
+    if pair == (robot.root, "0"):
         return bool(robot.base)
     return pair[1] != TOOL or bool(robot.tool)
 

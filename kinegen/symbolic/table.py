@@ -12,12 +12,15 @@ from dataclasses import dataclass
 import sympy as sp
 
 from kinegen.robot.expressions import Expression, evaluate, names
-from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Parameter, Robot, Row, Step
+from kinegen.robot.model import BASE, TOOL, Convention, Dimension, JointType, Parameter, Robot, Row, Step, frame_label
 from kinegen.symbolic.textbook import Reader, Sum, printed_name
 from kinegen.symbolic.transforms import EXACT, symbols
 
 COLUMNS = ("alpha", "a", "d", "theta", "beta")
 """The entries of a row, in the order in which they are printed."""
+
+ARCS = (sp.asin, sp.acos, sp.atan, sp.atan2)
+"""The functions that give an angle."""
 
 _ANGLES = frozenset({"alpha", "theta", "beta"})
 
@@ -99,10 +102,8 @@ def read_table(robot: Robot, only: frozenset[str] | None = None) -> Table:
     units = _FileUnits(robot)
     rows = tuple(row for row in robot.rows if only is None or row.name in only)
     columns = tuple(column for column in COLUMNS if any(getattr(row, column) is not None for row in rows))
-    last = robot.rows[-1].name if robot.rows else BASE
-    fixed = [
-        (name, parent, steps) for name, parent, steps in (("0", BASE, robot.base), (TOOL, last, robot.tool)) if steps
-    ]
+    last = robot.rows[-1].name if robot.rows else robot.root
+    fixed = [each for each in (("0", BASE, robot.base), (TOOL, frame_label(last), robot.tool)) if each[2]]
     fixed += [(frame.name, frame.parent, frame.steps) for frame in robot.frames]
     fixed = [each for each in fixed if only is None or each[0] in only]
     used = {name for row in rows for name in _row_names(row)}
@@ -155,7 +156,9 @@ class _FileUnits:
         """One entry; only what is an angle counts in degrees."""
         exact = sp.expand(evaluate(expression, self.values, EXACT))
         if self.degrees and dimension is Dimension.ANGLE:
-            exact = sp.expand(exact.xreplace(self.angles) * 180 / sp.pi)
+            # An arc is an angle as it stands, and what it is taken of is no angle.
+            turned = {arc: arc * sp.pi / 180 for arc in exact.atoms(*ARCS)}
+            exact = sp.expand(exact.xreplace(self.angles | turned) * 180 / sp.pi)
         return self.reader.angle(exact)
 
     def steps(self, steps: tuple[Step, ...]) -> tuple[TableStep, ...]:

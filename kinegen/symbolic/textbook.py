@@ -15,7 +15,7 @@ from fractions import Fraction
 import sympy as sp
 
 from kinegen.angles import Angle, AngleLabels
-from kinegen.robot.model import Robot
+from kinegen.robot.model import Robot, frame_label
 from kinegen.symbolic.chain import FrameName
 from kinegen.symbolic.pose import transform
 
@@ -60,10 +60,10 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function of something constant that has no shorter form, such as `cos(pi/7)`; `abs`, `cos` or `sin`."""
+    """A function of constants that has no shorter form, such as `cos(pi/7)` or `atan2(1, 2)`, or an absolute value."""
 
     name: str
-    argument: Sum
+    arguments: tuple[Sum, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +143,7 @@ def printed_name(name: str) -> str:
 def transform_name(start: FrameName, end: FrameName) -> str:
     """`base_T_tool`, or `3T6` between rows."""
     numeric = str(start).isdecimal() and str(end).isdecimal()
-    return f"{start}T{end}" if numeric else f"{start}_T_{end}"
+    return f"{start}T{end}" if numeric else f"{frame_label(start)}_T_{frame_label(end)}"
 
 
 def label_order(label: str) -> tuple[bool, int, str]:
@@ -212,7 +212,7 @@ class Reader:
         if expression.is_Add:
             return self.sum(expression)
         if expression.is_Function:
-            return Function(expression.func.__name__.lower(), self.sum(expression.args[0]))
+            return Function(expression.func.__name__.lower(), tuple(map(self.sum, expression.args)))
         return self.power(expression.base, expression.exp)
 
     def power(self, base: sp.Expr, exponent: sp.Rational) -> Factor:

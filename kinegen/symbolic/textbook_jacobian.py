@@ -13,7 +13,7 @@ import sympy as sp
 
 from kinegen.angles import AngleLabels
 from kinegen.outputs import Reference
-from kinegen.robot.model import Robot
+from kinegen.robot.model import Robot, frame_label
 from kinegen.symbolic.chain import FrameName, transforms_between
 from kinegen.symbolic.pose import product, transform
 from kinegen.symbolic.textbook import ClosedForm, Reader, label_order
@@ -71,7 +71,8 @@ def jacobian_name(start: FrameName, end: FrameName, reference: Reference) -> str
     """`base_J_tool`; the axes stand first, so it is `tool_J_tool` in the axes of the tool."""
     if reference is Reference.LOCAL:
         return f"{end}_J_{end}"
-    return f"{start}_J_{end}" if reference is Reference.LOCAL_WORLD_ALIGNED else f"{start}_J_{end}_world"
+    name = f"{frame_label(start)}_J_{end}"
+    return name if reference is Reference.LOCAL_WORLD_ALIGNED else f"{name}_world"
 
 
 def _spatial(steps: tuple[Elementary, ...], symbol: sp.Symbol) -> sp.Matrix:

@@ -19,7 +19,7 @@ X, Y, Z = 0, 1, 2
 EXACT = Arithmetic(
     number=lambda value: sp.Rational(value.numerator, value.denominator),
     pi=sp.pi,
-    functions={"sqrt": sp.sqrt},
+    functions={"sqrt": sp.sqrt, "asin": sp.asin, "acos": sp.acos, "atan": sp.atan, "atan2": sp.atan2},
 )
 """Exact sympy numbers."""
 

@@ -13,7 +13,7 @@ from functools import reduce
 import sympy as sp
 
 from kinegen.outputs import Kind, Quantity, Reference
-from kinegen.robot.model import BASE, Robot
+from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import NULL, Vector, rotate, total
@@ -63,7 +63,7 @@ def derive_velocity(robot: Robot, quantity: Quantity) -> Expressions:
     tape = Tape()
     entries: list[sp.Expr] = []
     for frame in frames_of(robot, quantity):
-        steps = transforms_between(robot, BASE, frame, values)
+        steps = transforms_between(robot, robot.root, frame, values)
         walk = _Walk(tape, rates, accelerations, quantity.reference)
         turns = rates_by(steps, joints)
         walk.inwards(reverse(steps, turns) if quantity.reference is Reference.LOCAL else mark(steps, turns))

@@ -13,9 +13,9 @@ import numpy as np
 
 from kinegen.outputs import Kind, Quantity, Reference
 from kinegen.reference.differences import Differences
-from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.expectation import Expectation, Limits, expect
 from kinegen.verify.known import Known, Numbers, quantity_frames
-from kinegen.verify.splits import adjoint
+from kinegen.verify.splits import Split, adjoint
 from kinegen.verify.subjects import subjects
 from kinegen.verify.ways import Arrays
 
@@ -33,16 +33,17 @@ class ByDifferences(Known):
 
 
 def by_adjoint(
-    known: Known, results: Mapping[Quantity, Arrays]
-) -> Iterator[tuple[Quantity, Expectation, tuple[Numbers, ...]]]:
+    known: Known, results: Mapping[Quantity, Arrays], limits: Mapping[Quantity, Limits]
+) -> Iterator[tuple[Quantity, Expectation, tuple[Numbers, ...], Limits]]:
     """Jacobians of the same frame, each brought to the origin and the axes of the base.
 
     Args:
         known: The reference at the joint vectors.
         results: The results of kernels of `JACOBIANS` at them.
+        limits: What is accepted of these results.
 
     Yields:
-        Each quantity but the first of a frame, what it must be after that one, and what it is.
+        Each quantity but the first of a frame, what it must be after that one, what it is, and what is accepted.
     """
     first: dict[str, Quantity] = {}
     for quantity, found in results.items():
@@ -52,7 +53,21 @@ def by_adjoint(
             wanted = _in_base(known, other, results[other][-1])
             (subject,) = subjects(in_base)
             split = tuple(subject.split(wanted[:, column]) for column in range(wanted.shape[1]))
-            yield quantity, replace(expect(known, in_base), wanted=(split,)), (_in_base(known, quantity, found[-1]),)
+            expectation = replace(expect(known, in_base), wanted=(split,))
+            allowed = _allowed(expectation, (limits[other][-1], limits[quantity][-1]))
+            yield quantity, expectation, (_in_base(known, quantity, found[-1]),), allowed
+
+
+def _allowed(expectation: Expectation, both: tuple[tuple[Split, ...], tuple[Split, ...]]) -> Limits:
+    """The limits of two Jacobians together, after both are brought to the base with lever arms up to the reach."""
+    extent = expectation.length_scale / expectation.number_scale
+    found = []
+    for splits in zip(*both, strict=True):
+        number = sum(float(numbers.max(initial=0)) for _, numbers in splits)
+        length = sum(float(lengths.max(initial=0)) for lengths, _ in splits)
+        # A row of a rotation adds three entries, with a norm of one.
+        found.append((np.array([[2 * (length + extent * number)]]), np.array([[2 * number]])))
+    return (tuple(found),)
 
 
 def _in_base(known: Known, quantity: Quantity, jacobian: Numbers) -> Numbers:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from kinegen.errors import ProofError
@@ -24,6 +25,8 @@ class Comparison:
         rotation_tolerance: What was accepted.
         worst: Joint vector of the largest error, relative to its tolerance.
         frame: Frame of the largest error.
+        real: Number type, `double`, `float` or `q30`; empty if it is not known.
+        row: What it counts as in a report, such as `C double, batch` for every layout; the target if empty.
     """
 
     target: str
@@ -35,6 +38,17 @@ class Comparison:
     rotation_tolerance: float
     worst: tuple[float, ...]
     frame: str
+    real: str = ""
+    row: str = ""
+
+    @property
+    def share(self) -> float:
+        """The larger of both errors, as a share of its tolerance; infinite for a NaN."""
+        shares = (
+            self.position_error / self.position_tolerance if self.position_error else 0.0,
+            self.rotation_error / self.rotation_tolerance if self.rotation_error else 0.0,
+        )
+        return math.inf if any(map(math.isnan, shares)) else max(shares)
 
     @property
     def holds(self) -> bool:
@@ -74,5 +88,10 @@ class Proof:
                     f"{robot.name}: {comparison.target} {comparison.quantity} differs from the reference at "
                     f"q = ({place}), frame {comparison.frame}: {comparison.position_error:.3g} {robot.units.length} "
                     f"(accepted {comparison.position_tolerance:.3g}), rotation {comparison.rotation_error:.3g} "
-                    f"(accepted {comparison.rotation_tolerance:.3g}); nothing was written"
+                    f"(accepted {comparison.rotation_tolerance:.3g}); nothing was written{_remedy(comparison)}"
                 )
+
+
+def _remedy(comparison: Comparison) -> str:
+    """What builds the robot all the same, where kernels in float are what fails."""
+    return "; --real double leaves float out" if " float" in comparison.target else ""

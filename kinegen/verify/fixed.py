@@ -25,9 +25,14 @@ from kinegen.native.compiler import Compiler, find_compiler
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.verify.comparison import Comparison, Proof
+from kinegen.verify.files import SPOILT, header_macros, require_macros
 from kinegen.verify.integers import FloatArray, Integers, integer_samples, parameters, unit
 from kinegen.verify.known import quantity_frames
-from kinegen.verify.tolerances import TOLERANCES
+from kinegen.verify.probe import Spoilable, compile_probe
+from kinegen.verify.selftests import require_selftest
+
+_REFERENCE = 1e-13
+"""What the reference in float64 may lose, a hundred thousand times less than the kernels."""
 
 _FLAGS = ("-std=c99", "-O1", "-shared", "-fPIC")
 
@@ -110,14 +115,31 @@ def prove_fixed(fixed: FixedKernels, files: Mapping[str, str]) -> Proof:
 
     Raises:
         CompileError: If there is no compiler, or it refuses.
-        ProofError: If a result is off by more than its proven error.
+        ProofError: If a result is off by more than its proven error, or a macro or the self-test is wrong.
     """
     robot = fixed.robot
     with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
         library = compile_integers(fixed, files, Path(folder), find_compiler())
         proof = Proof(reach(robot), compare_integers(fixed, library))
-    proof.require(robot)
+        proof.require(robot)
+        _require_files(fixed, files, Path(folder))
     return proof
+
+
+def _require_files(fixed: FixedKernels, files: Mapping[str, str], folder: Path) -> None:
+    """The macros of the header, and the self-test with right and with wrong kernels."""
+    robot, quantities = fixed.robot, tuple(program.program.quantity for program in fixed.programs)
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    macros = {**header_macros(robot, quantities), "Q30_LENGTH_BITS": fixed.scales.length}
+    sizes = [(16 if quantity.is_pose else 3) * len(quantity_frames(robot, quantity)) for quantity in quantities]
+    kernels = [
+        Spoilable(quantity.function, min(1, robot.dof), (size,))
+        for quantity, size in zip(quantities, sizes, strict=True)
+    ]
+    probe = compile_probe(robot, folder, Q30, kernels, tuple(macros), find_compiler())
+    require_macros(robot, probe, macros)
+    require_selftest(robot, probe, quantities, kernels, SPOILT)
 
 
 def compare_integers(fixed: FixedKernels, library: IntegerLibrary) -> tuple[Comparison, ...]:
@@ -155,9 +177,8 @@ def _compare(
     else:
         position = np.abs(result * length - expected[..., :3, 3]).max(axis=2)
     errors, turned = largest_errors(program)
-    # The reference rounds too, a hundred thousand times less.
-    position_tolerance = max(errors) * length + TOLERANCES.double * extent
-    rotation_tolerance = turned * number + TOLERANCES.double
+    position_tolerance = max(errors) * length + _REFERENCE * extent
+    rotation_tolerance = turned * number + _REFERENCE
     row, column = np.unravel_index(
         np.argmax(np.maximum(position / position_tolerance, rotation / rotation_tolerance)), position.shape
     )
@@ -171,4 +192,5 @@ def _compare(
         rotation_tolerance=rotation_tolerance,
         worst=tuple(float(entry) for entry in points[row]),
         frame=quantity_frames(robot, quantity)[int(column)],
+        real="q30",
     )

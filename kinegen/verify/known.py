@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.reference import Actuation, Kinematics
+from kinegen.reference import WIDE, Actuation, Kinematics
 from kinegen.robot.model import Robot
 
 Numbers = NDArray[Any]
@@ -35,18 +35,18 @@ class Known:
     def __init__(self, robot: Robot, inputs: Mapping[str, Numbers], *, exact: bool = False) -> None:
         exactly = np.frompyfunc(mpmath.mpf, 1, 1)
         self.robot = robot
-        self.inputs = {name: exactly(array) if exact else array for name, array in inputs.items()}
+        self.inputs = {name: exactly(array) if exact else array.astype(WIDE) for name, array in inputs.items()}
         self.exact = exact
 
     @cached_property
     def motion(self) -> Kinematics:
         """Poses and velocities at the joint vectors."""
-        return Kinematics(self.robot, self.inputs["q"], exact=self.exact)
+        return Kinematics(self.robot, self.inputs["q"], exact=self.exact, wide=True)
 
     @cached_property
     def driven(self) -> Actuation:
         """The same, at the readings of actuators."""
-        return Actuation(self.robot, self.inputs["actuators"], exact=self.exact)
+        return Actuation(self.robot, self.inputs["actuators"], exact=self.exact, wide=True)
 
     @property
     def count(self) -> int:

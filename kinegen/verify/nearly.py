@@ -56,7 +56,7 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class Place:
     """Where a constant stands.
 
     Attributes:
@@ -90,7 +90,7 @@ def nearly_special(robot: Robot) -> tuple[Note, ...]:
     variables = frozenset(variable.name for variable in robot.variables)
     smallest = NEAR_LENGTH * reach(robot, robot.frame_names)
     notes = []
-    for place in _places(robot):
+    for place in places(robot):
         factors, constant = linear(place.expression, variables)
         if runtime.intersection(names(constant)):
             continue
@@ -110,7 +110,7 @@ def _nearest(value: float, dimension: Dimension) -> Expression:
     return multiply(number(Fraction(quarters, 2)), PI)
 
 
-def _effect(place: _Place, special: Expression, difference: float) -> str:
+def _effect(place: Place, special: Expression, difference: float) -> str:
     """What the difference does, in words."""
     step = math.copysign(max(abs(difference), SMALLEST_STEP), difference)
     exact, other = place.altered(special), place.altered(add(special, number(Fraction(step))))
@@ -124,7 +124,7 @@ def _effect(place: _Place, special: Expression, difference: float) -> str:
 
 
 def _sentence(
-    robot: Robot, place: _Place, found: tuple[Expression, Expression], effect: str, parameters: Mapping[str, Decimal]
+    robot: Robot, place: Place, found: tuple[Expression, Expression], effect: str, parameters: Mapping[str, Decimal]
 ) -> str:
     """The note, with the constant and the special value in the units of the file."""
     degrees = place.dimension is Dimension.ANGLE and robot.units.angle == "deg"
@@ -161,7 +161,7 @@ def _distance(one: Robot, other: Robot, frames: tuple[str, ...]) -> float:
     return max(float(np.linalg.norm(left[name][:, :3, 3] - right[name][:, :3, 3], axis=1).max()) for name in frames)
 
 
-def _places(robot: Robot) -> Iterator[_Place]:
+def places(robot: Robot) -> Iterator[Place]:
     """Every entry of the file that may hold a constant."""
     for index, row in enumerate(robot.rows):
         words = f"joint {row.number} ({row.name})"
@@ -170,7 +170,7 @@ def _places(robot: Robot) -> Iterator[_Place]:
             if entry is not None:
                 dimension = Dimension.LENGTH if key in ("a", "d") else Dimension.ANGLE
                 altered = partial(_with_entry, robot, index, key)
-                yield _Place(row.line, f"{key} of {words}", entry, dimension, robot.tips, altered)
+                yield Place(row.line, f"{key} of {words}", entry, dimension, robot.tips, altered)
         yield from _step_places(row.line, words, row.steps, robot.tips, partial(_with_row_steps, robot, index))
     for key, steps in (("base", robot.base), ("tool", robot.tool)):
         yield from _step_places(None, key, steps, robot.tips, partial(_with_fixed, robot, key))
@@ -181,11 +181,11 @@ def _places(robot: Robot) -> Iterator[_Place]:
 
 def _step_places(
     line: int | None, words: str, steps: tuple[Step, ...], frames: tuple[str, ...], altered: Callable[[Steps], Robot]
-) -> Iterator[_Place]:
+) -> Iterator[Place]:
     for index, step in enumerate(steps):
         dimension = Dimension.ANGLE if step.kind.is_rotation else Dimension.LENGTH
         change = partial(_with_step, altered, steps, index)
-        yield _Place(line, f"{step.kind} of {words}", step.value, dimension, frames, change)
+        yield Place(line, f"{step.kind} of {words}", step.value, dimension, frames, change)
 
 
 def _with_entry(robot: Robot, index: int, key: str, entry: Expression) -> Robot:

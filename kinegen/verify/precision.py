@@ -10,10 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from kinegen import reference
-from kinegen.emit.accuracy import error_bound, two_digits
+from kinegen.emit.accuracy import error_bound, fraction_box, two_digits
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.ir.bounds import has_rules
+from kinegen.emit.sincos import SINCOS
+from kinegen.ir.bounds import Ranges, has_rules, largest_angle
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.model import Robot
@@ -46,13 +47,26 @@ def precision_notes(kernels: Kernels, reals: tuple[Real, ...]) -> tuple[str, ...
     places = [program for program in kernels.programs if program.quantity.kind in (Kind.POSE, Kind.POSITION)]
     programs = places or [program for program in kernels.programs if program.quantity == Quantity.FRAMES]
     notes = []
+    ranges = Ranges(fraction_box(robot), kernels.defaults)
+    angle = float(max((largest_angle(program, ranges) for program in programs if has_rules(program)), default=0))
     for real in reals:
+        if angle > SINCOS[real].limit:
+            notes.append(_beyond(real, angle))
+            continue
         bounds = [error_bound(kernels, program, real) for program in programs if has_rules(program)]
         worst = max((max(each.position) for each in bounds), default=0.0)
         if worst > COARSE * covered:
             found = f"{real} results may be off by {two_digits(worst)} {unit} where the tip covers {covered:.3g} {unit}"
             notes.append(f"{found}: {_advice(robot, real, covered)}")
     return tuple(notes)
+
+
+def _beyond(real: Real, angle: float) -> str:
+    """Limits that allow larger angles than the sine and cosine take."""
+    wider = [other for other in Real if SINCOS[other].limit >= angle]
+    advice = f"use the {wider[0]} kernels" if wider else "narrower limits avoid that"
+    limit = SINCOS[real].limit
+    return f"{real} results are NaN where angles add up to more than {limit:.6g} rad; here {angle:.3g} rad: {advice}"
 
 
 def _advice(robot: Robot, real: Real, covered: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from types import ModuleType
@@ -13,21 +13,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinegen.ir.program import Program
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
-from kinegen.robot.expressions import Arithmetic, evaluate, number
+from kinegen.robot.expressions import evaluate, number
 from kinegen.robot.extent import reach
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
+from kinegen.verify.calls import Called, require_same_bits
+from kinegen.verify.compared import Judge, Store, compare
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
-from kinegen.verify.samples import input_samples, proof_samples, singular_samples, vector_samples
+from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
-from kinegen.verify.tolerances import accepted_error
-from kinegen.verify.ways import DTYPES, Arrays, results_of, ways_to_call
+from kinegen.verify.subjects import FORMS
+from kinegen.verify.tolerances import program_of
+from kinegen.verify.usage import compare_usage
+from kinegen.verify.ways import DTYPES, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
+
+Programs = Mapping[Quantity, Program]
 
 MOVED_POSES = 1024
 """Joint vectors that are tried with other values of the runtime parameters."""
@@ -38,13 +46,14 @@ NUMBERS = 200_000
 EXACT_NUMBERS = 3000
 """The same in 50 digits, where what a number costs grows with the number of joints."""
 
+HELD = 2**24
+"""So many numbers at most are held of the transforms of a chain and their derivatives."""
+
 LAW_POSES = 24
 """Singular joint vectors times joints, and as many others, at which Jacobians are held against differences."""
 
 FEWEST = 4
 """Joint vectors are not left out beyond this."""
-
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 
 
 def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]) -> Proof:
@@ -62,14 +71,17 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     inverses = tuple(each for each in quantities if each.kind in (Kind.INVERSE, Kind.NUMERIC_INVERSE))
     quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
-    comparisons = _compare_ways(robot, package, quantities, reals, samples)
+    programs = {quantity: program_of(robot, quantity) for quantity in quantities}
+    comparisons = _compare_ways(robot, package, programs, reals, samples)
     if robot.runtime_parameters:
         moved, values = move_parameters(robot)
-        others = _compare_ways(moved, package, quantities, reals, samples[-MOVED_POSES:], values)
-        comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+        others = _compare_ways(moved, package, programs, reals, samples[-MOVED_POSES:], values)
+        comparisons += [_with_parameters(other) for other in others]
+    if all(comparison.holds for comparison in comparisons):
+        comparisons += compare_usage(robot, package, programs, reals)
     if "double" in reals:
-        comparisons += _compare_exactly(robot, package, quantities)
-        comparisons += _compare_laws(robot, package, tuple(each for each in quantities if each.kind in JACOBIANS))
+        comparisons += _compare_exactly(robot, package, programs)
+        comparisons += _compare_laws(robot, package, programs)
     counts: list[str] = []
     for quantity, real in itertools.product(inverses, reals):
         attempt = _search if quantity == NUMERIC_INVERSE else _solve
@@ -79,8 +91,14 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         if robot.runtime_parameters:
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
-            comparisons += [replace(other, target=f"{other.target}, other parameters") for other in others]
+            comparisons += [_with_parameters(other) for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
+
+
+def _with_parameters(comparison: Comparison) -> Comparison:
+    """A comparison with other values of the runtime parameters, which counts in a row of its own."""
+    row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
+    return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
 
 
 def _solve(
@@ -88,17 +106,17 @@ def _solve(
 ) -> tuple[list[Comparison], str]:
     trials = try_inverse(robot, package, quantity, real, values)
     told = counts_line(max(trials, key=lambda trial: trial.poses))
-    return [_inverse_comparison(robot, quantity, trial) for trial in trials], told
+    return [_inverse_comparison(robot, quantity, trial, real) for trial in trials], told
 
 
 def _search(
     robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
 ) -> tuple[list[Comparison], str]:
     searches = try_search(robot, package, real, values)
-    return [_search_comparison(search) for search in searches], search_line(searches[0], robot.units.length)
+    return [_search_comparison(search, real) for search in searches], search_line(searches[0], robot.units.length)
 
 
-def _search_comparison(search: Search) -> Comparison:
+def _search_comparison(search: Search, real: str) -> Comparison:
     return Comparison(
         target=f"{search.target}, search",
         quantity=NUMERIC_INVERSE,
@@ -109,10 +127,11 @@ def _search_comparison(search: Search) -> Comparison:
         rotation_tolerance=search.rotation_tolerance,
         worst=search.worst,
         frame=TOOL,
+        real=real,
     )
 
 
-def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:
+def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,
@@ -123,6 +142,7 @@ def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Compa
         rotation_tolerance=trial.accepted,
         worst=trial.worst,
         frame=TOOL,
+        real=real,
     )
 
 
@@ -137,7 +157,7 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
     """
     moved: dict[str, Fraction] = {}
     for place, parameter in enumerate(robot.runtime_parameters, start=1):
-        value = float(evaluate(parameter.value, {}, _FLOATS))
+        value = float(evaluate(parameter.value, {}, FLOATS))
         moved[parameter.name] = Fraction(float(np.float32(value * (1 + place / 16) + 1 / 32)))
     parameters = tuple(
         replace(parameter, value=number(moved[parameter.name])) if parameter.runtime else parameter
@@ -149,78 +169,71 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
 def _compare_ways(
     robot: Robot,
     package: ModuleType,
-    quantities: tuple[Quantity, ...],
+    programs: Programs,
     reals: tuple[str, ...],
     samples: FloatArray,
     parameters: tuple[float, ...] | None = None,
 ) -> list[Comparison]:
     comparisons = []
     for real in reals:
-        store = _Store(robot, DTYPES[real], exact=False)
-        for quantity in quantities:
+        store = Store(robot, DTYPES[real], exact=False)
+        for quantity in programs:
             kernel = getattr(package, quantity.function)
-            points = samples if quantity.kind in PLACES else _fewer(samples, kernel.results, NUMBERS)
+            points = _held(robot, quantity, samples)
+            points = points if quantity.kind in PLACES else _fewer(points, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
+            judge = Judge(expectation, programs[quantity], real)
             ways = ways_to_call(package, quantity, real, parameters)
-            comparisons += [_compare(expectation, way.target, way.call(inputs), real) for way in ways]
+            found = [(way, way.call(inputs)) for way in ways]
+            compared = [judge.compare(way.target, results, way.row) for way, results in found]
+            comparisons += compared
+            if parameters is None and all(comparison.holds for comparison in compared):
+                for way, results in found:
+                    if way.is_plain:
+                        way.select()
+                        require_same_bits(robot, quantity, way.target, Called(way.kernel, None, inputs, results))
     return comparisons
 
 
-def _compare_exactly(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
-    store = _Store(robot, DTYPES["double"], exact=True)
+    store = Store(robot, DTYPES["double"], exact=True)
     places = vector_samples(robot)
     others = np.concatenate([singular_samples(robot), places])
-    for quantity in quantities:
+    for quantity in programs:
         kernel = getattr(package, quantity.function)
         points = (
             places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
-        results = results_of(kernel, None, inputs)
-        comparisons.append(_compare(expectation, f"{_language(kernel)}, 50 digits", results, "double"))
+        judge = Judge(expectation, programs[quantity], "double")
+        comparisons.append(judge.compare(f"{_language(kernel)}, 50 digits", results_of(kernel, None, inputs)))
     return comparisons
 
 
-def _compare_laws(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> list[Comparison]:
+def _compare_laws(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """Jacobians against differences of poses, and against each other."""
     comparisons = []
     poses = max(1, LAW_POSES // max(1, robot.dof))
     points = np.concatenate([singular_samples(robot)[:poses], vector_samples(robot)[-poses:]])
-    known, results = Known(robot, {"q": points}), {}
+    known, results, limits = Known(robot, {"q": points}), {}, {}
     by_differences = ByDifferences(robot, {"q": points}, exact=True)
-    for quantity in quantities:
+    for quantity in [each for each in programs if each.kind in JACOBIANS]:
         kernel = getattr(package, quantity.function)
         results[quantity] = results_of(kernel, None, (points,))
         target = f"{_language(kernel)}, differences"
-        comparisons.append(_compare(expect(by_differences, quantity), target, results[quantity], "double"))
-    for quantity, expectation, found in by_adjoint(known, results):
+        judge = Judge(expect(by_differences, quantity), programs[quantity], "double")
+        comparisons.append(judge.compare(target, results[quantity]))
+        limits[quantity] = judge.limits(target)
+    for quantity, expectation, found, allowed in by_adjoint(known, results, limits):
         target = f"{_language(getattr(package, quantity.function))}, adjoint"
-        comparisons.append(replace(_compare(expectation, target, found, "double"), quantity=quantity))
+        comparisons.append(replace(compare(expectation, target, found, allowed, "double"), quantity=quantity))
     return comparisons
 
 
 def _language(kernel: Any) -> str:
     return "C double" if kernel.backend == "c" else "NumPy double"
-
-
-class _Store:
-    """The reference at the inputs of all kernels of one number type, each asked once."""
-
-    def __init__(self, robot: Robot, dtype: Any, *, exact: bool) -> None:
-        self._robot, self._dtype, self._exact = robot, dtype, exact
-        self._known: dict[Any, Known] = {}
-
-    def expect(self, quantity: Quantity, arrays: Sequence[Array], points: FloatArray) -> tuple[Arrays, Expectation]:
-        """The inputs of a kernel, and what it must return for them."""
-        key = len(points), *(array.name for array in arrays)
-        known = self._known.get(key)
-        if known is None:
-            values = input_samples(self._robot, arrays, points)
-            rounded = {name: value.astype(self._dtype).astype(np.float64) for name, value in values.items()}
-            known = self._known[key] = Known(self._robot, rounded, exact=self._exact)
-        return tuple(known.inputs[array.name].astype(self._dtype) for array in arrays), expect(known, quantity)
 
 
 def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
@@ -232,20 +245,11 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
     return points[::stride]
 
 
-def _compare(expectation: Expectation, target: str, results: Arrays, real: str) -> Comparison:
-    known = expectation.known
-    position, rotation = expectation.errors(results)
-    relative = accepted_error(known.robot, real)
-    severity = np.maximum(position / expectation.length_scale, rotation / expectation.number_scale)
-    row, column = np.unravel_index(np.argmax(np.nan_to_num(severity, nan=np.inf)), severity.shape)
-    return Comparison(
-        target=target,
-        quantity=expectation.quantity,
-        poses=known.count,
-        position_error=float(position.max()),
-        rotation_error=float(rotation.max()),
-        position_tolerance=relative * expectation.length_scale,
-        rotation_tolerance=relative * expectation.number_scale,
-        worst=tuple(float(entry) for entry in known.joints[row]),
-        frame=expectation.frames[int(column)],
-    )
+def _held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
+    """Every second joint vector, or fourth and so on, for robots of many rows, so that the reference stays small."""
+    order = 0 if quantity.kind in PLACES or quantity.kind in FORMS else 2 if quantity.kind is Kind.HESSIAN else 1
+    numbers = 32 * (1 + len(robot.rows) + len(robot.frames)) * (1 + robot.dof) ** order
+    stride = 1
+    while len(points) * numbers > 2 * stride * HELD and len(points) > FEWEST * stride:
+        stride *= 2
+    return points[::stride]

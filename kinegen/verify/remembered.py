@@ -1,33 +1,23 @@
-"""Proofs that were made before: of the same bytes, by the same checks, with the same NumPy and kind of processor.
+"""Proofs that were made before: of the same bytes, by the same program, with the same libraries and processor.
 
 The proof of a package takes longer than everything else in a build that changes nothing, and would give the same
-numbers. What is remembered lies in the user's cache folder; a damaged or missing entry is proved again.
+numbers. What is remembered is in the user's cache folder, and is accepted on the same terms as a new proof; a damaged
+or missing entry, or one of another shape, is proved again.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
-import platform
 from collections.abc import Mapping
-from dataclasses import asdict
-from functools import cache
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
 
-import mpmath
-import numpy as np
-
+from kinegen.errors import ProofError
 from kinegen.native.cache import Cache
-from kinegen.native.compiler import processor
-from kinegen.outputs import Quantity, parse_quantity
+from kinegen.native.identity import identity
+from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.comparison import Comparison, Proof
+from kinegen.verify.comparison import Proof
 from kinegen.verify.staging import prove_package
-
-_PACKAGE = Path(__file__).parents[1]
-_CHECKS = ("reference/*.py", "robot/*.py", "verify/*.py")
-"""The code that decides what a proof says of given files."""
 
 
 def proof_of(
@@ -48,26 +38,32 @@ def proof_of(
         CompileError: If there is a compiled module, and it does not load here.
         ProofError: If the proof does not hold.
     """
-    store = Cache()
-    machine = platform.python_version(), np.__version__, mpmath.__version__, processor().describe()
-    key = store.key("proof", _checks(), robot, quantities, reals, machine, _digests(contents))
-    known = store.load(key)
-    if known is not None:
-        entry = json.loads(known)
-        comparisons = tuple(_restored(comparison) for comparison in entry["comparisons"])
-        return Proof(entry["reach"], comparisons, tuple(entry["counts"])), entry["backend"], True
+    store, checks = Cache(), identity()
+    key = "" if checks is None else store.key("proof", checks, robot, quantities, reals, _digests(contents))
+    known = store.load_record(key, _Kept)
+    if known is not None and _is_accepted(known.proof, robot):
+        return known.proof, known.backend, True
     proof, backend = prove_package(robot, contents, quantities, reals)
-    store.save(key, json.dumps(_record(proof, backend)).encode())
+    if checks is not None:
+        store.save_record(key, _Kept(proof, backend))
     return proof, backend, False
 
 
-def _record(proof: Proof, backend: str) -> dict[str, Any]:
-    comparisons = [asdict(each) | {"quantity": str(each.quantity)} for each in proof.comparisons]
-    return {"reach": proof.reach, "comparisons": comparisons, "counts": proof.counts, "backend": backend}
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A proof as it is kept, with the backend that was proven."""
+
+    proof: Proof
+    backend: str
 
 
-def _restored(entry: dict[str, Any]) -> Comparison:
-    return Comparison(**{**entry, "quantity": parse_quantity(entry["quantity"]), "worst": tuple(entry["worst"])})
+def _is_accepted(proof: Proof, robot: Robot) -> bool:
+    """Whether a proof that was kept would be accepted if it was made now; one of nothing would not."""
+    try:
+        proof.require(robot)
+    except ProofError:
+        return False
+    return bool(proof.comparisons)
 
 
 def _digests(contents: Mapping[str, str | bytes]) -> list[tuple[str, str]]:
@@ -75,12 +71,3 @@ def _digests(contents: Mapping[str, str | bytes]) -> list[tuple[str, str]]:
         (name, hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest())
         for name, content in sorted(contents.items())
     ]
-
-
-@cache
-def _checks() -> str:
-    digest = hashlib.sha256()
-    for pattern in _CHECKS:
-        for path in sorted(_PACKAGE.glob(pattern)):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()

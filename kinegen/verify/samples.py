@@ -21,6 +21,9 @@ SPECIAL = 512
 SINGULAR = 8
 SEED = 20240229
 
+NEARBY = 128
+"""So many multiples of 45 degrees around zero are candidates, and as many random ones, where limits allow more."""
+
 EVERY = 16
 """One of so many inputs besides joint vectors is special."""
 
@@ -65,11 +68,21 @@ def _special(robot: Robot, box: FloatArray, generator: np.random.Generator) -> F
         if variable.type is JointType.PRISMATIC:
             candidates = np.array([low, high, np.clip(0.0, low, high)])
         else:
-            steps = np.arange(math.ceil(low / (math.pi / 4)), math.floor(high / (math.pi / 4)) + 1)
+            steps = _eighths(low, high, generator)
             quarters = np.concatenate([steps, steps[steps % 2 == 0], steps[steps % 2 == 0]])
             candidates = quarters * (math.pi / 4) if len(quarters) else np.array([low, high])
         columns.append(generator.choice(candidates, SPECIAL))
     return np.stack(columns, axis=1)
+
+
+def _eighths(low: float, high: float, generator: np.random.Generator) -> NDArray[np.int64]:
+    """The eighths of a turn between two angles: all, or where there are many, those nearest to zero and random ones."""
+    first, last = math.ceil(low / (math.pi / 4)), math.floor(high / (math.pi / 4))
+    if last - first < 2 * NEARBY:
+        return np.arange(first, last + 1)
+    middle = min(max(0, first + NEARBY // 2), last - NEARBY // 2)
+    nearby = np.arange(middle - NEARBY // 2, middle + NEARBY // 2 + 1)
+    return np.concatenate([nearby, generator.integers(first, last, NEARBY, endpoint=True)])
 
 
 def singular_samples(robot: Robot) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -14,6 +15,7 @@ from kinegen.errors import ProofError
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
+from kinegen.verify.impossible import unchecked
 from kinegen.verify.samples import SEED
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.ways import DTYPES, numpy_form
@@ -26,6 +28,9 @@ TARGETS = 2000
 
 FEWER = 60
 """The same for the search in NumPy, and with other values of the runtime parameters."""
+
+PROBES = 8
+"""Targets for what every search has to refuse, and for the bounds that it has to keep."""
 
 USUAL_SHARE = 0.99
 """What is told where less is solved; robots of all kinds stay above it."""
@@ -91,7 +96,9 @@ def try_search(
     if compiled.backend == "c":
         ways = {f"C {real}": (compiled, TARGETS if parameters is None else FEWER)} | ways
     params = None if parameters is None else package.Params(*parameters)
-    return tuple(_Tester(robot, real, target, params).search(search, n) for target, (search, n) in ways.items())
+    return tuple(
+        _Tester(robot, real, target, params, package.__name__).search(search, n) for target, (search, n) in ways.items()
+    )
 
 
 def search_line(search: Search, length: str) -> str:
@@ -111,6 +118,7 @@ class _Tester:
     real: str
     target: str
     params: Any
+    package: str
 
     def search(self, numeric_inverse: Any, count: int) -> Search:
         """Try one way at so many targets."""
@@ -119,6 +127,7 @@ class _Tester:
         targets = reference.pose(self.robot, q)[:, 0].astype(DTYPES[self.real])
         found = numeric_inverse(targets, starts, params=self.params)
         self._require_limits(found.q)
+        self._require_bounds(numeric_inverse, targets[:PROBES], starts[:PROBES])
         reported = np.stack([found.position_error, found.rotation_error], axis=1)
         self._require_solved(found.solved, reported <= numeric_inverse.tolerances[self.real == "float"])
         true = _errors(reference.pose(self.robot, found.q.astype(np.float64))[:, 0], targets.astype(np.float64))
@@ -146,6 +155,20 @@ class _Tester:
         room = 4 * np.finfo(DTYPES[self.real]).eps * np.maximum(np.abs(low), np.abs(high))
         if not (np.isfinite(q) & (~limited | ((q >= low - room) & (q <= high + room)))).all():
             raise ProofError(f"{self._name} gives joint vectors that break limits or hold NaN; nothing was written")
+
+    def _require_bounds(self, numeric_inverse: Any, targets: Any, starts: FloatArray) -> None:
+        """See that what is not a pose is left at once, and that a search keeps to its budget and its steps."""
+        steps = numeric_inverse(targets, starts, params=self.params, restarts=0, steps=5).iterations
+        short = numeric_inverse(targets, starts, params=self.params, tolerances=(0.0, 0.0), budget=70).iterations
+        if steps.max() > 5 or short.max() > 70:
+            raise ProofError(f"{self._name} takes more steps than it may; nothing was written")
+        for what, change in (("NaN", np.nan), ("an infinity", np.inf), ("no rotation", 2.0), ("a reflection", -1.0)):
+            spoilt = targets.copy()
+            spoilt[:, :3, 0 if abs(change) <= 2 else 3] *= change
+            with unchecked(sys.modules[f"{self.package}._numeric_inverse"]):
+                found = numeric_inverse(spoilt, starts, params=self.params, restarts=1)
+            if found.solved.any() or found.iterations.any():
+                raise ProofError(f"{self._name} searches for targets with {what}; nothing was written")
 
     def _require_solved(self, solved: Truths, near: Truths) -> None:
         if (solved & ~near.all(axis=1)).any():

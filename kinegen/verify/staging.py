@@ -13,6 +13,7 @@ from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.comparison import Proof
+from kinegen.verify.files import require_files
 from kinegen.verify.proof import prove
 
 
@@ -31,8 +32,8 @@ def prove_package(
         The proof, which holds, and the backend that was proven.
 
     Raises:
-        CompileError: If there is a compiled module, and it does not load here.
-        ProofError: If the proof does not hold.
+        CompileError: If there is a compiled module, and it does not load here, or a C file does not compile.
+        ProofError: If the proof does not hold, or another file says something else.
     """
     with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
         folder = Path(staging) / robot.name
@@ -47,4 +48,5 @@ def prove_package(
             raise CompileError(f"{robot.name}: the compiled module cannot be proven on this machine: {reason}")
         proof = prove(robot, package, quantities, reals)
         proof.require(robot)
+        require_files(robot, package, folder, quantities, reals)
         return proof, str(package.backend)

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from kinegen.outputs import Kind, Quantity
-from kinegen.reference import Actuation, Orientation, readings, rotations
+from kinegen.reference import WIDE, Actuation, Orientation, readings, rotations
 from kinegen.verify.known import Known, Numbers
 from kinegen.verify.splits import (
     Split,
@@ -138,8 +138,8 @@ def _parameter_jacobian(quantity: Quantity) -> tuple[Subject, ...]:
 def _orientation(quantity: Quantity) -> tuple[Subject, ...]:
     form = quantity.kind
 
-    def read(_known: Known, _frame: str, found: Numbers) -> Numbers:
-        numbers = found.astype(np.float64)
+    def read(known: Known, _frame: str, found: Numbers) -> Numbers:
+        numbers = found.astype(np.float64 if known.exact else WIDE)
         return np.where(_is_in_range(form, numbers)[:, None, None], rotations(form, numbers), np.nan)
 
     return (
@@ -217,7 +217,7 @@ def _actuators_of_joints(_: Quantity) -> tuple[Subject, ...]:
     """Right are the readings that give the joints back."""
 
     def read(known: Known, _frame: str, found: Numbers) -> Numbers:
-        return Actuation(known.robot, found, exact=known.exact).joints
+        return Actuation(known.robot, found, exact=known.exact, wide=True).joints
 
     def wanted(known: Known, _frame: str) -> Numbers:
         return known.inputs["joints"]

@@ -1,54 +1,277 @@
-"""How far a kernel may be from the reference."""
+"""How far a kernel may be from the reference: what rounding can do to it, and no more.
+
+Two answers are known, and the smaller one counts for each entry of a result. The proven bound of `kinegen.ir.bounds`
+holds everywhere in the joint box; it has no rules for roots, arc tangents and selections, and gets wide for derivatives
+of long chains. The spread of `rounding` belongs to each input by itself, and so follows the condition beside dead
+centres and singularities; `SPREADS` times its root mean square is accepted. What the reference can lose is added.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
 
-from kinegen.robot.extent import joint_box
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen.emit.accuracy import NUMBER_TYPES, bound_over, fraction_box
+from kinegen.emit.reals import Real
+from kinegen.ir.bounds import NumberType, Ranges, has_rules
+from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.ir.program import Program
+from kinegen.outputs import Array, Quantity
+from kinegen.reference import WIDE_UNIT
+from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.derive import derive
+from kinegen.verify.expectation import Expectation, Limits
+from kinegen.verify.rounding import TRIALS, rounded_trials
+from kinegen.verify.samples import SEED
+from kinegen.verify.splits import Split
+
+FloatArray = NDArray[np.float64]
+
+SPREADS = 8
+"""So many times the root mean square of what `rounding` finds is accepted. Real errors have at most 1/sqrt(3) of it
+each, so that this is nearly fourteen standard deviations; fewer would do, were the root mean square known better than
+from sixteen trials."""
+
+SHARP = 64
+"""Proven bounds below so many units of rounding are taken as they are, without a look at the spread."""
+
+LOST = 1 / 8
+"""Where more than this share of the largest result is accepted, no digit is left and nothing is compared."""
+
+LIBRARY_SINE = 4
+"""Units in the last place by which NumPy's sine and cosine may be off; the C kernels have their own."""
+
+_LOSS = 64
+"""Units of rounding that the reference may lose for each row; it loses about ten."""
+
+_READ = 16
+"""The same for a rotation made of three angles or of a quaternion, which is made in float64 of what kernels return."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tolerances:
-    """Largest accepted errors: entries of a rotation as they are, positions relative to the robot's reach.
+@lru_cache(maxsize=32)
+def program_of(robot: Robot, quantity: Quantity) -> Program:
+    """The program of a quantity, as a build lowers it."""
+    return lower(derive(robot, quantity))
 
-    Velocities and derivatives are measured likewise, by their own size; `expectation.expect` says how.
 
-    Attributes:
-        double: About 450 units of rounding. The longest chain in `robots/` loses twenty of them, a wrong sign or
-            constant loses 1e13.
-        float: About 17 units of rounding; seven joints lose about five.
+def number_type(real: str, *, library: bool = False) -> NumberType:
+    """The facts of a number type.
+
+    Args:
+        real: `double` or `float`.
+        library: Whether sines and cosines are NumPy's.
     """
+    plain = NUMBER_TYPES[Real(real)]
+    return replace(plain, sine_error=LIBRARY_SINE * float(plain.unit)) if library else plain
 
-    double: float = 1e-13
-    float: float = 2e-6
+
+def accepted(expectation: Expectation, program: Program, real: NumberType, *, within: bool = True) -> Limits:
+    """What is accepted of each entry of a result at each input.
+
+    Args:
+        expectation: The reference at the inputs.
+        program: What the kernel was printed from, or the same of a robot with other values of its parameters.
+        real: The number type of the kernel.
+        within: Whether the inputs lie where samples are taken from, which is what the proven bound is for.
+
+    Returns:
+        For each result and frame, of the entries that are lengths and of all others, shape (N or 1, entries) each.
+    """
+    proven = _proven(expectation, program, real) if within else None
+    lost = _losses(expectation)
+    unit = float(real.unit)
+    scales = expectation.length_scale, expectation.number_scale
+    if proven is not None and all(
+        limit.max(initial=0) <= SHARP * unit * scale
+        for _, split in _each(proven)
+        for limit, scale in zip(split, scales)
+    ):
+        return _mapped(proven, lambda part, limit: limit + lost[part])
+    spread = _spread(expectation, program, real)
+    if proven is not None:
+        spread = tuple(
+            tuple((_smaller(a, c), _smaller(b, d)) for (a, b), (c, d) in zip(one, other, strict=True))
+            for one, other in zip(proven, spread, strict=True)
+        )
+    far = [LOST * scale for scale in scales]
+    return _mapped(spread, lambda part, limit: np.where(limit > far[part], np.inf, limit) + lost[part])
 
 
-TOLERANCES = Tolerances()
-
-UNITS = {"double": 2.0**-53, "float": 2.0**-24}
-"""Relative error of one rounding."""
-
-_TURN = 2 * math.pi * (1 + 1e-9)
+def _smaller(proven: FloatArray, spread: FloatArray) -> FloatArray:
+    """The smaller limit; where the spread has none, an angle is too large, of which the bound says nothing."""
+    return np.where(np.isinf(spread), np.inf, np.minimum(proven, spread))
 
 
 def accepted_error(robot: Robot, real: str) -> float:
-    """The largest accepted error of a robot's kernels.
-
-    It is the one of `TOLERANCES`, as long as every joint stays within a turn to either side of zero. A joint that turns
-    further adds what it costs to round its sums with the angles of parallel joints: a unit of rounding of the largest
-    angle for each of the other joints. No kernel can be better, since the sums are what it takes the sine of.
+    """The largest error of a pose that is accepted of a robot's kernels anywhere in its joint box.
 
     Args:
         robot: The robot.
         real: `double` or `float`.
 
     Returns:
-        For entries of a rotation; for positions relative to the reach.
+        For entries of a rotation; for positions relative to the reach. Not less than `LEAST` units of rounding.
     """
-    base = TOLERANCES.double if real == "double" else TOLERANCES.float
+    program = program_of(robot, Quantity.POSE)
+    found = bound_over(program, Ranges(fraction_box(robot), runtime_defaults(robot)), NUMBER_TYPES[Real(real)])
+    shares = [found.rotation or 0.0, *(error / reach(robot) for error in found.position)] if found.frames else []
+    return max([LEAST * float(NUMBER_TYPES[Real(real)].unit), *shares])
+
+
+LEAST = 34
+"""Units of rounding that are accepted of any arm where its own bound is not looked at."""
+
+
+# The proven bound -----------------------------------------------------------------------------------------------------
+
+
+def _proven(expectation: Expectation, program: Program, real: NumberType) -> Limits | None:
+    """The proven bound, the same for all inputs; None where there is none."""
+    robot = expectation.known.robot
+    ranges = _ranges(robot, program)
+    if ranges is None or not has_rules(program) or expectation.is_read:
+        return None
+    entries = bound_over(program, Ranges(ranges, tuple(_parameters(robot, program).values())), real).entries
+    if not all(map(math.isfinite, entries)):
+        return None
+    results = _results(program, np.array([entries]), last_row=0.0)
+    return _splits(expectation, results)
+
+
+def _ranges(robot: Robot, program: Program) -> tuple[tuple[Fraction, Fraction], ...] | None:
+    """Where `verify.samples` takes the inputs of a program from; None for readings of actuators."""
+    found: list[tuple[Fraction, Fraction]] = []
+    extent = Fraction(reach(robot))
+    for array in program.signature.inputs:
+        if array.name == "q":
+            found += fraction_box(robot)
+        elif array.name in ("actuators", "joints"):
+            return None
+        elif array.is_pose:
+            found += [_around(extent if place % 4 == 3 else Fraction(1)) for place in range(array.size)]
+        else:
+            found += [_around(Fraction(1) if array.shape == (robot.dof,) else extent)] * array.size
+    return tuple(found)
+
+
+def _around(size: Fraction) -> tuple[Fraction, Fraction]:
+    return -size * (1 + Fraction(1, 2**20)), size * (1 + Fraction(1, 2**20))
+
+
+# The spread -----------------------------------------------------------------------------------------------------------
+
+
+def _spread(expectation: Expectation, program: Program, real: NumberType) -> Limits:
+    """`SPREADS` times the root mean square, at each input or in the middle of all inputs, where that is more."""
+    trials = (_splits(expectation, _results(program, outputs)) for outputs in _trials(expectation, program, real))
+    plain = next(trials)
+    squares = [[[np.zeros(part.shape) for part in split] for split in frames] for frames in plain]
+    for other in trials:
+        for (result, column), split in _each(plain):
+            for part, (one, two) in enumerate(zip(split, other[result][column], strict=True)):
+                squares[result][column][part] += _difference(one, two) ** 2
+    return tuple(
+        tuple(
+            (_limit(lengths, split[0]), _limit(numbers, split[1]))
+            for (lengths, numbers), split in zip(totals, splits, strict=True)
+        )
+        for totals, splits in zip(squares, plain, strict=True)
+    )
+
+
+def _limit(squares: FloatArray, plain: Any) -> FloatArray:
+    """What is accepted after all trials; anything where there is no number."""
+    return np.where(np.isnan(plain.astype(np.float64)), np.inf, SPREADS * _at_least_usual(np.sqrt(squares / TRIALS)))
+
+
+def _trials(expectation: Expectation, program: Program, real: NumberType) -> Iterator[FloatArray]:
+    known = expectation.known
+    columns = [
+        _upper(known.inputs[array.name], array).astype(np.float64).reshape(known.count, -1)
+        for array in program.signature.inputs
+    ]
+    inputs = np.concatenate([*columns, np.zeros((known.count, 0))], axis=1)
+    return rounded_trials(program, inputs, _parameters(known.robot, program), real, SEED)
+
+
+def _parameters(robot: Robot, program: Program) -> dict[str, Fraction]:
+    """The values of those runtime parameters that a program reads, in its order."""
+    names = (parameter.name for parameter in robot.runtime_parameters)
+    values = dict(zip(names, runtime_defaults(robot), strict=True))
+    return {name: values[name] for name in program.parameters}
+
+
+def _difference(one: Any, two: Any) -> FloatArray:
+    """How far two results are apart; infinitely, where one alone is a number."""
+    with np.errstate(invalid="ignore"):
+        apart = np.abs((one - two).astype(np.float64))
+    same = (one == two) | (np.isnan(one.astype(np.float64)) & np.isnan(two.astype(np.float64)))
+    return np.where(same, 0.0, np.where(np.isnan(apart), np.inf, apart))
+
+
+def _at_least_usual(spread: FloatArray) -> FloatArray:
+    """The spread of each entry, but not less than the largest one of an input in the middle of all inputs."""
+    if not spread.size:
+        return spread
+    usual: FloatArray = np.maximum(spread, np.median(spread.max(axis=1)))
+    return usual
+
+
+# Arrays ---------------------------------------------------------------------------------------------------------------
+
+
+def _results(program: Program, outputs: FloatArray, last_row: float = 1.0) -> tuple[FloatArray, ...]:
+    """The numbers of a program as arrays, as a package gives them."""
+    found, start = [], 0
+    for array in program.signature.results:
+        block = outputs[:, start : start + array.size]
+        start += array.size
+        if array.is_pose:
+            upper = block.reshape(len(block), -1, 3, 4)
+            last = np.broadcast_to([0.0, 0.0, 0.0, last_row], (*upper.shape[:2], 1, 4))
+            block = np.concatenate([upper, last], axis=2)
+        found.append(block.reshape(len(block), *array.shape))
+    return tuple(found)
+
+
+def _upper(values: Any, array: Array) -> Any:
+    """Matrices without their last rows."""
+    return values[..., :3, :] if array.is_pose else values
+
+
+def _splits(expectation: Expectation, results: tuple[FloatArray, ...]) -> Limits:
+    """Results apart into lengths and all other entries, for each result and frame."""
+    return tuple(
+        tuple(expectation.parts(place, column, result) for column in range(len(expectation.frames)))
+        for place, result in enumerate(results)
+    )
+
+
+def _each(limits: Limits) -> Iterator[tuple[tuple[int, int], Split]]:
+    for result, frames in enumerate(limits):
+        for column, split in enumerate(frames):
+            yield (result, column), split
+
+
+def _mapped(limits: Limits, change: Callable[[int, Any], Any]) -> Limits:
+    return tuple(tuple((change(0, lengths), change(1, numbers)) for lengths, numbers in frames) for frames in limits)
+
+
+def _losses(expectation: Expectation) -> tuple[float, float]:
+    """What the reference may lose, of lengths and of all other entries."""
+    known = expectation.known
+    robot = known.robot
+    unit = 1e-30 if known.exact else WIDE_UNIT
     box = zip(robot.variables, joint_box(robot), strict=True)
     angles = [max(-low, high) for variable, (low, high) in box if variable.type is not JointType.PRISMATIC]
-    beyond = sum(angle for angle in angles if angle > _TURN)
-    return base + UNITS[real] * beyond * max(1, len(angles) - 1)
+    relative = _LOSS * unit * (2 + len(robot.rows) + len(robot.frames)) * (1 + max(angles, default=0.0))
+    relative += _READ * 2.0**-53 if known.exact and expectation.is_read else 0.0
+    return relative * expectation.length_scale, relative * expectation.number_scale

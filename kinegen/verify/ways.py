@@ -30,11 +30,19 @@ class Way:
 
     Attributes:
         target: What is called, such as `C double, batch`.
-        call: From the inputs, N configurations each, to the results (N, ...), as the package gives them.
+        call: From the inputs, N configurations each, to the results (N, ...).
+        kernel: The kernel that is called.
+        row: What it counts as in a report: the same for all layouts and variants.
+        is_plain: Whether it is the usual batch, whose bits every other call must give.
+        select: Sees to it that calls of the kernel go the same way.
     """
 
     target: str
     call: Callable[[Arrays], Arrays]
+    kernel: Any
+    row: str
+    is_plain: bool
+    select: Callable[[], object] = lambda: None
 
 
 def ways_to_call(
@@ -53,16 +61,29 @@ def ways_to_call(
     """
     kernel = getattr(package, quantity.function)
     params = None if parameters is None else package.Params(*parameters)
-    formula = Way(f"NumPy {real}", partial(results_of, numpy_form(package, kernel, quantity), params))
+    plain, name = numpy_form(package, kernel, quantity), f"NumPy {real}"
+    formula = Way(name, partial(results_of, plain, params), plain, name, is_plain=True)
     if kernel.backend != "c":
         return (formula,)
-    variants = runnable_variants(package)
-    batches = [Way(f"C {real}, batch {name}", partial(_in_variant, package, kernel, params, name)) for name in variants]
-    return (
-        Way(f"C {real}", partial(_one_by_one, kernel, params)),
-        *(batches or [Way(f"C {real}, batch", partial(_every_layout, kernel, params))]),
-        formula,
-    )
+    name = f"C {real}"
+    batches = [
+        Way(
+            " ".join([f"{name}, batch", *[variant] * bool(variant), *[layout] * (layout != "4x4")]),
+            partial(_in_variant, package, kernel, params, variant, layout),
+            kernel,
+            f"{name}, batch",
+            is_plain=layout == "4x4",
+            select=partial(select_variant, package, variant),
+        )
+        for variant in runnable_variants(package) or ("",)
+        for layout in layouts_of(kernel)
+    ]
+    return (Way(name, partial(_one_by_one, kernel, params), kernel, name, is_plain=False), *batches, formula)
+
+
+def layouts_of(kernel: Any) -> tuple[str, ...]:
+    """The layouts that a kernel has: without matrices among its results there is no 3x4."""
+    return ("4x4", *["3x4"] * any(each.is_pose for each in kernel.results), "joint_major")
 
 
 def results_of(kernel: Any, params: Any, inputs: Arrays, layout: str = "4x4") -> Arrays:
@@ -76,9 +97,10 @@ def _one_by_one(kernel: Any, params: Any, inputs: Arrays) -> Arrays:
     return tuple(np.stack(results) for results in zip(*found, strict=True))
 
 
-def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, inputs: Arrays) -> Arrays:
-    select_variant(package, name)
-    return _every_layout(kernel, params, inputs)
+def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, layout: str, inputs: Arrays) -> Arrays:
+    if name:
+        select_variant(package, name)
+    return in_layout(kernel, params, layout, inputs)
 
 
 def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
@@ -96,22 +118,29 @@ def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
     )
 
 
-def _every_layout(kernel: Any, params: Any, inputs: Arrays) -> Arrays:
-    """The results of a batch; where another layout holds another number, that one."""
-    results = results_of(kernel, params, inputs)
-    given, found = kernel.inputs, kernel.results
-    rows = tuple(_upper(array, each.is_pose).reshape(len(array), -1).T for each, array in zip(given, inputs))
-    others = [tuple(result.T for result in results_of(kernel, params, rows, "joint_major"))]
-    if any(each.is_pose for each in found):
-        shorter = tuple(_upper(array, each.is_pose) for each, array in zip(given, inputs))
-        others.append(results_of(kernel, params, shorter, "3x4"))
-    for each, result, *again in zip(found, results, *others, strict=True):
-        whole = _upper(result, each.is_pose)
-        numbers = [array.reshape(whole.shape) for array in again]
-        differing = [array != whole for array in numbers]
-        for array, where in zip(numbers, differing, strict=True):
-            np.copyto(whole, array, where=where)
-    return results
+def in_layout(kernel: Any, params: Any, layout: str, inputs: Arrays) -> Arrays:
+    """The results of a batch in one layout, as the default one would hold them."""
+    if layout == "joint_major":
+        rows = tuple(
+            _upper(array, each.is_pose).reshape(len(array), each.size).T for each, array in zip(kernel.inputs, inputs)
+        )
+        found = tuple(result.T for result in results_of(kernel, params, rows, layout))
+    else:
+        shorter = tuple(_upper(array, each.is_pose and layout == "3x4") for each, array in zip(kernel.inputs, inputs))
+        found = results_of(kernel, params, shorter, layout)
+    return tuple(_whole(each, result) for each, result in zip(kernel.results, found, strict=True))
+
+
+def _whole(array: Any, result: Floats) -> Floats:
+    """A result with the last rows of its matrices, which other layouts leave out."""
+    if result.shape[1:] == array.shape:
+        return result
+    if not array.is_pose:
+        return result.reshape(len(result), *array.shape)
+    found = np.empty((len(result), *array.shape), result.dtype)
+    found[..., :3, :] = result.reshape(len(result), *array.shape[:-2], 3, 4)
+    found[..., 3, :] = 0, 0, 0, 1
+    return found
 
 
 def _upper(array: Floats, is_pose: bool) -> Floats:

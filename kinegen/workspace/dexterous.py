@@ -56,15 +56,17 @@ class Dexterity:
     """What an inverse found out of a sample of voxels and orientations.
 
     Attributes:
-        voxels: Number of voxels whose middles were tried, spread evenly over all.
-        orientations: Number of orientations that were tried in each.
+        voxels: Number of voxels that were tried, spread evenly over all, each at the first point reached in it.
+        orientations: Number of orientations that were tried at each.
         dexterous: Voxels in which all were reached.
-        measure: Share of `dexterous` in `voxels`, times what all voxels measure.
+        share: Of the region, 0 to 1. A voxel on the rim counts as much as the measure of the whole counts it.
+        measure: That share of what the whole region measures.
     """
 
     voxels: int
     orientations: int
     dexterous: int
+    share: float
     measure: float
 
 
@@ -109,19 +111,18 @@ def dexterous_part(workspace: Workspace, turning: Turning, inverse: Inverse) -> 
         inverse: What tells whether a pose is reached.
 
     Returns:
-        The part, from the middles of some voxels.
+        The part, from one point in each of some voxels.
 
     Raises:
         ValueError: If the region has no measure, or the arm does not turn freely.
     """
-    if workspace.tally is None or workspace.tally.counts[2].measure is None or not turning.free:
+    tally = workspace.tally
+    whole = None if tally is None else tally.counts[2].measure
+    if tally is None or whole is None or not turning.free:
         raise ValueError("there is no dexterous part to measure")
-    centres = workspace.tally.voxels.centres()
-    chosen = centres[np.linspace(0, len(centres) - 1, min(len(centres), _VOXELS)).astype(int)]
-    # Along the axes of the region from the base, and off them where the whole region lies.
-    axes = workspace.shape.axes
-    through = workspace.shape.through
-    points = chosen @ axes + (through - axes.T @ (axes @ through))
+    # The points that joined the voxels: all of them are in the region, the middles of voxels on the rim need not be.
+    chosen = np.linspace(0, tally.q.shape[1] - 1, min(tally.q.shape[1], _VOXELS)).astype(int)
+    points = workspace.tip.position(np.ascontiguousarray(tally.q[:, chosen])).T
     reached = np.ones(len(points), np.bool_)
     orientations = _orientations(turning)
     for orientation in orientations:
@@ -130,13 +131,15 @@ def dexterous_part(workspace: Workspace, turning: Turning, inverse: Inverse) -> 
         targets[:, :3, :3] = orientation
         targets[:, :3, 3] = points[left]
         reached[left] = inverse(targets)
-    dexterous = int(reached.sum())
-    whole = len(centres) * workspace.tally.voxels.size ** len(axes)
-    return Dexterity(len(points), len(orientations), dexterous, whole * dexterous / max(len(points), 1))
+    # The part and the whole are sums over the same voxels, so that the part is never the larger one.
+    weights = tally.voxels.weights(workspace.shape.axes @ points.T)
+    total = float(weights.sum())
+    share = float(weights[reached].sum()) / total if total else float(reached.mean())
+    return Dexterity(len(points), len(orientations), int(reached.sum()), share, share * whole)
 
 
 def _poses(robot: Robot, workspace: Workspace, q: FloatArray) -> FloatArray:
-    return reference.pose(robot, q)[:, robot.tips.index(workspace.tip.name)]
+    return reference.frames(robot, q)[workspace.tip.name]
 
 
 def _twist(ahead: FloatArray, behind: FloatArray) -> FloatArray:

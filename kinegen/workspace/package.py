@@ -41,11 +41,17 @@ def make_package(kernels: Kernels) -> ModuleType:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
     files = emit_formula(kernels) | emit_package(kernels, _REALS, stamp_of(sources))
     contents = {name: text.encode() for name, text in files.items()}
+    extension = None
     with contextlib.suppress(MissingToolError):
-        contents[EXTENSION] = build_extension(interface_of(kernels, _REALS), sources).content
+        extension = build_extension(interface_of(kernels, _REALS), sources)
+        contents[EXTENSION] = extension.content
     with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
         folder = Path(staging) / kernels.robot.name
         folder.mkdir()
         for name, content in contents.items():
             (folder / name).write_bytes(content)
-        return load_package(folder)
+        package = load_package(folder)
+    if extension is not None:
+        # What does not load is compiled again the next time.
+        (extension.keep if package.backend == "c" else extension.forget)()
+    return package

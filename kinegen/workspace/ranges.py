@@ -31,8 +31,8 @@ class Range:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """How far a search may go: a joint that turns without limits has none."""
-        if self.limited or self.type is JointType.PRISMATIC:
+        """How far a search may go: a joint that turns in place without limits has none; a screw climbs as it turns."""
+        if self.limited or self.type is not JointType.REVOLUTE:
             return self.low, self.high
         return -math.inf, math.inf
 

@@ -1,7 +1,7 @@
-"""A workspace as a picture: cuts through its voxels, one for each axis, or the whole of a planar one.
+"""A workspace as a picture: cuts through its voxels, one for each axis or plane, or the whole of a planar one.
 
-In: a survey. Out: the bytes of a PNG or SVG file, the same for the same survey. Each panel shows what is reached in one
-plane, and behind it, lighter, the shadow of the whole region on that plane.
+In: a survey. Out: the bytes of a PNG or SVG file, the same for the same survey. Each panel shows what is reached in the
+layer of voxels around one plane, and behind it, lighter, the shadow of the whole region on that plane.
 """
 
 from __future__ import annotations
@@ -16,9 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.errors import KinegenError
+from kinegen.workspace.layer import fill_layer
 from kinegen.workspace.optional import library
+from kinegen.workspace.options import Plane
 from kinegen.workspace.sample import FloatArray
 from kinegen.workspace.survey import Workspace
+from kinegen.workspace.units import MEASURES, in_words
 from kinegen.workspace.voxels import Voxels
 
 FORMATS = (".png", ".svg")
@@ -39,7 +42,7 @@ class Slice:
     Attributes:
         across: Place of its horizontal axis among those of the region.
         up: Place of its vertical axis.
-        at: Where it cuts the third axis; None where there is no third.
+        at: Where the plane cuts the third axis; None where there is no third.
         corner: Shape (2,), coordinates of its lower left corner.
         size: Edge of a voxel.
         reached: Shape (n, m), along the two axes: what the tip reaches in this plane.
@@ -69,68 +72,89 @@ def check_picture(path: Path) -> None:
     library("matplotlib", _PURPOSE)
 
 
-def make_slices(workspace: Workspace) -> tuple[Slice, ...]:
+def make_slices(workspace: Workspace, planes: tuple[Plane, ...] = ()) -> tuple[Slice, ...]:
     """Cut the region.
 
     Args:
         workspace: A survey.
+        planes: Where to cut a region in space, instead of the default.
 
     Returns:
-        For a region in space a cut across z, y and x each: upright ones through the axis of the first joint where that
-        is upright, and where the cut is largest otherwise. For one that lies in a plane, that plane.
+        For a region in space by default a cut across z, y and x each: upright ones through the axis of the first joint
+        where that is upright, and where the cut is largest otherwise. For one that lies in a plane, that plane.
 
     Raises:
-        KinegenError: If the tip stands still or moves along a straight line, which has no slices.
+        KinegenError: If the tip stands still or moves along a straight line, which has no slices, or a plane misses
+            the region.
     """
     if workspace.tally is None or len(workspace.shape.axes) == 1:
         raise KinegenError(f"the tip of {workspace.robot} sweeps a {workspace.shape.kind}, which has no slices")
-    voxels = _trimmed(workspace.tally.halves)
+    voxels = workspace.tally.halves
     if voxels.hit.ndim == 2:
-        return (Slice(0, 1, None, voxels.corner, voxels.size, voxels.hit, voxels.hit),)
-    return tuple(
-        _cut(voxels, across, up, _place(workspace, voxels, 3 - across - up)) for across, up in ((0, 1), (0, 2), (1, 2))
-    )
+        if planes:
+            raise KinegenError(f"the tip of {workspace.robot} stays in one plane, which is drawn as a whole")
+        trimmed, _ = _trimmed(voxels)
+        return (Slice(0, 1, None, trimmed.corner, trimmed.size, trimmed.hit, trimmed.hit),)
+    chosen = planes or tuple(_usual(workspace, voxels, axis) for axis in (2, 1, 0))
+    return tuple(_cut(workspace, voxels, plane) for plane in chosen)
 
 
-def _trimmed(voxels: Voxels) -> Voxels:
-    """Without most of the free voxels around; the base stays in."""
-    dimensions = voxels.hit.ndim
+def _trimmed(voxels: Voxels) -> tuple[Voxels, tuple[slice, ...]]:
+    """Without most of the free voxels around, and what was kept of each axis; the base stays in."""
     base = np.clip((-voxels.corner // voxels.size).astype(int), 0, np.array(voxels.hit.shape) - 1)
     hits = np.concatenate([np.argwhere(voxels.hit), base[None]])
     margin = 2 + np.ptp(hits, axis=0).max() // 40
     low = np.maximum(hits.min(axis=0) - margin, 0)
     high = np.minimum(hits.max(axis=0) + margin + 1, voxels.hit.shape)
-    kept = voxels.hit[tuple(slice(low[axis], high[axis]) for axis in range(dimensions))]
-    return Voxels(voxels.size, voxels.corner + low * voxels.size, kept)
+    kept = tuple(slice(*ends) for ends in zip(low, high, strict=True))
+    return Voxels(voxels.size, voxels.corner + low * voxels.size, voxels.hit[kept]), kept
 
 
-def _place(workspace: Workspace, voxels: Voxels, axis: int) -> int:
-    """Number of the voxel where to cut an axis."""
+def _usual(workspace: Workspace, voxels: Voxels, axis: int) -> Plane:
+    """Where to cut across an axis if nothing else is asked for."""
     line = workspace.axis
     if line is not None and axis < 2 and abs(line.direction[2]) > 1 - 1e-9:
-        place = int((line.point[axis] - voxels.corner[axis]) // voxels.size)
+        through = Plane(axis, round(float(line.point[axis]) / voxels.size, 6) * voxels.size)
+        place = _layer(voxels, through)
         if 0 <= place < voxels.hit.shape[axis] and np.take(voxels.hit, place, axis).any():
-            return place
+            return through
     areas = voxels.hit.sum(axis=tuple(other for other in range(3) if other != axis))
     # In the middle of the places that are equally good, such as those of a box.
     best = np.flatnonzero(areas >= 0.995 * areas.max())
-    return int(best[len(best) // 2])
+    middle = float(voxels.corner[axis] + (best[len(best) // 2] + 0.5) * voxels.size)
+    return Plane(axis, float(_rounded(middle, voxels.size)))
 
 
-def _cut(voxels: Voxels, across: int, up: int, place: int) -> Slice:
-    third = 3 - across - up
-    at = float(voxels.corner[third] + (place + 0.5) * voxels.size)
-    corner = voxels.corner[[across, up]]
-    reached, shadow = np.take(voxels.hit, place, third), np.asarray(voxels.hit.any(axis=third))
-    return Slice(across, up, at, corner, voxels.size, reached, shadow)
+def _layer(voxels: Voxels, plane: Plane) -> int:
+    """Number of the layer of voxels that holds a plane."""
+    return int((plane.at - voxels.corner[plane.axis]) // voxels.size)
 
 
-def draw(workspace: Workspace, kind: str) -> bytes:
+def _cut(workspace: Workspace, voxels: Voxels, plane: Plane) -> Slice:
+    axis, place = plane.axis, _layer(voxels, plane)
+    inside = 0 <= place < voxels.hit.shape[axis]
+    if not inside or not np.take(voxels.hit, place, axis).any():
+        name, unit = workspace.shape.names[axis], workspace.unit
+        low, high = workspace.extremes[axis].low, workspace.extremes[axis].high
+        raise KinegenError(
+            f"the plane {name} = {plane.at:g} {unit} misses the region, "
+            f"which goes from {name} = {low:.4g} to {high:.4g} {unit}"
+        )
+    trimmed, kept = _trimmed(voxels)
+    across, up = (other for other in range(3) if other != axis)
+    reached = fill_layer(workspace, axis, place)
+    shadow = voxels.hit.any(axis=axis) | reached
+    part = kept[across], kept[up]
+    return Slice(across, up, plane.at, trimmed.corner[[across, up]], voxels.size, reached[part], shadow[part])
+
+
+def draw(workspace: Workspace, kind: str, planes: tuple[Plane, ...] = ()) -> bytes:
     """Draw the slices.
 
     Args:
         workspace: A survey.
         kind: Ending of the file name, one of `FORMATS`.
+        planes: Where to cut a region in space, instead of the default.
 
     Returns:
         The content of the file.
@@ -138,7 +162,7 @@ def draw(workspace: Workspace, kind: str) -> bytes:
     Raises:
         KinegenError: If there are no slices, or matplotlib is not installed.
     """
-    slices = make_slices(workspace)
+    slices = make_slices(workspace, planes)
     matplotlib, figures = library("matplotlib", _PURPOSE), library("matplotlib.figure", _PURPOSE)
     with matplotlib.rc_context(_STYLE):
         figure = figures.Figure(figsize=_size(slices))
@@ -147,7 +171,7 @@ def draw(workspace: Workspace, kind: str) -> bytes:
         for axes, each in zip(panels, slices, strict=True):
             _panel(axes, workspace, each)
         figure.suptitle(_title(workspace), fontsize=11)
-        _legend(figure, with_shadow=len(slices) > 1)
+        _legend(figure, _layer_of(workspace, slices))
         figure.tight_layout(rect=(0, _FOOT / figure.get_figheight(), 1, 1))
         buffer = io.BytesIO()
         metadata = {"Date": None} if kind.lower() == ".svg" else {}
@@ -181,13 +205,20 @@ def _panel(axes: Any, workspace: Workspace, each: Slice) -> None:
     axes.locator_params(nbins=7)
     axes.grid(color=_LINES, linewidth=0.4, alpha=0.5)
     if each.at is not None:
-        axes.set_title(f"{names[3 - each.across - each.up]} = {_rounded(each.at, each.size)} {unit}", fontsize=10)
+        axes.set_title(f"{names[3 - each.across - each.up]} = {each.at + 0.0:g} {unit}", fontsize=10)
 
 
-def _legend(figure: Any, *, with_shadow: bool) -> None:
+def _layer_of(workspace: Workspace, slices: tuple[Slice, ...]) -> str:
+    """How thick the layer is that a cut shows; empty for the whole of a planar region."""
+    return "" if slices[0].at is None else f"{slices[0].size:g} {workspace.unit}"
+
+
+def _legend(figure: Any, layer: str) -> None:
     patches, lines = (library(f"matplotlib.{name}", _PURPOSE) for name in ("patches", "lines"))
-    entries = [patches.Patch(color=_REACHED, label="reached in this plane" if with_shadow else "reached")]
-    if with_shadow:
+    entries = [
+        patches.Patch(color=_REACHED, label=f"reached in a layer of {layer} at this plane" if layer else "reached")
+    ]
+    if layer:
         entries.append(patches.Patch(color=_SHADOW, label="reached in front of it or behind it"))
     entries.append(lines.Line2D([], [], marker="+", color="black", linestyle="none", markersize=9, label="base"))
     figure.legend(handles=entries, loc="lower center", ncols=len(entries), frameon=False)
@@ -199,8 +230,9 @@ def _title(workspace: Workspace) -> str:
     lines = [f"Workspace of {workspace.robot}, {workspace.tip.name}"]
     if workspace.tally is not None and shape.fills:
         counted = workspace.tally.counts[2]
-        what, power = (("area", "²"), ("volume", "³"))[shape.dimension - 2]
-        lines.append(f"{what} {counted.measure:.4g} {unit}{power}, {counted.poses:,} poses")
+        what = MEASURES[shape.dimension]
+        text = in_words(counted.measure or 0.0, shape.dimension, unit)
+        lines.append(f"{what} {text}, {counted.poses:,} poses")
     if shape.names == ("u", "v"):
         axes = (", ".join(f"{entry:.3f}" for entry in axis) for axis in shape.axes)
         lines.append("; ".join(f"{name} along ({text})" for name, text in zip(shape.names, axes, strict=True)))

@@ -13,12 +13,13 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinegen.errors import KinegenError
 from kinegen.robot.model import Robot
+from kinegen.workspace.options import SurveyOptions
 from kinegen.workspace.ranges import Range
 from kinegen.workspace.reach import Best, Extreme, Extremes, Line, first_axis
 from kinegen.workspace.rim import Rim, Seeker, fill_rim
@@ -31,31 +32,17 @@ _BLOCK = 1 << 16
 """Samples that fit into a processor's second cache together with what becomes of them."""
 
 _PILOT = 1 << 14
-_SAMPLES_A_VOXEL = 40
-"""On average over the box around the region; the rim gets far fewer, and half-size voxels an eighth."""
+_SAMPLES_A_VOXEL = 12
+"""On average over the box around the region. Its middle gets more and its rim fewer; the search adds the rim."""
+
+_ROUND = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
+"""Edges of voxels, times a power of ten."""
+
+_BACK, _PERIODIC = 32, 1e-9
+"""Joint vectors that are turned by a whole range, and how near the tip must come back, of its distance."""
 
 _FEWEST_ACROSS = 10
 """Voxels along the longest side of a region, however few samples there are."""
-
-MOST_SAMPLES = 10**11
-"""Places in the sequence keep enough digits up to here."""
-
-
-@dataclass(frozen=True, slots=True)
-class SurveyOptions:
-    """How to survey.
-
-    Attributes:
-        samples: Number of joint vectors.
-        voxel: Edge of a voxel in the file's length unit; None for one that suits the number of samples.
-        seed: Decides where the sequence of samples begins.
-        threads: Threads to compute with; 0 for one on each processor.
-    """
-
-    samples: int
-    voxel: float | None = None
-    seed: int = 0
-    threads: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +135,7 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
     samples = sequence(ranges, tip.movers, options.seed)
     pilot = _positions(tip, samples, 0, _PILOT)
     shape = find_shape(tip, samples, pilot)
+    samples = _bounded(samples, tip, pilot)
     axis = first_axis(robot, tip)
     extremes = Extremes(axis)
     grid = None
@@ -238,6 +226,22 @@ def _positions(tip: Tip, samples: Samples, start: int, end: int) -> FloatArray:
     return points
 
 
+def _bounded(samples: Samples, tip: Tip, pilot: FloatArray) -> Samples:
+    """The samples, where a search goes on without end only along joints whose turn leads the tip back to its start.
+
+    A joint that turns may also push something along, as a screw does, or a slide that follows it.
+    """
+    bounds, size = samples.bounds.copy(), max(float(np.abs(pilot).max()), np.finfo(float).tiny)
+    q = samples.at(np.arange(_BACK))
+    for mover in tip.movers:
+        around = q.copy()
+        around[mover] += np.ptp(samples.box[mover])
+        away = float(np.abs(tip.position(around) - pilot[:, :_BACK]).max())
+        if np.isinf(bounds[mover]).any() and not away <= _PERIODIC * size:
+            bounds[mover] = samples.box[mover]
+    return replace(samples, bounds=bounds)
+
+
 def _voxel(options: SurveyOptions, lengths: FloatArray, unit: str) -> float:
     """The size asked for, or a round one that samples can fill, in a region of some lengths."""
     if options.voxel is not None:
@@ -250,7 +254,7 @@ def _voxel(options: SurveyOptions, lengths: FloatArray, unit: str) -> float:
     size = float(np.prod(lengths) * _SAMPLES_A_VOXEL / options.samples) ** (1 / len(lengths))
     size = min(size, float(lengths.max()) / _FEWEST_ACROSS)
     power = 10.0 ** math.floor(math.log10(size))
-    return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= size * (1 - 1e-9))
+    return next(factor * power for factor in _ROUND if factor * power >= size * (1 - 1e-9))
 
 
 def _tally(grid: Grid, half: Voxels, seeker: Seeker, number: int) -> Tally:

@@ -58,9 +58,18 @@ class Voxels:
         faces = sum(int(np.count_nonzero(np.diff(self.hit, axis=axis))) for axis in range(self.hit.ndim))
         return max(0.0, self.count - faces / 2) * self.size**self.hit.ndim
 
-    def centres(self) -> FloatArray:
-        """Shape (count, D), the middles of those that were hit."""
-        return self.corner + (np.argwhere(self.hit) + 0.5) * self.size
+    def weights(self, points: FloatArray) -> FloatArray:
+        """What the voxels around points (D, N) add to the measure: 1 less a half for each open face, at least 0."""
+        last = np.array(self.hit.shape)[:, None] - 1
+        cells = np.clip(((points - self.corner[:, None]) // self.size).astype(np.int64), 0, last)
+        faces = np.zeros(points.shape[1])
+        for axis in range(self.hit.ndim):
+            for step in (-1, 1):
+                beside = cells.copy()
+                beside[axis] = np.clip(beside[axis] + step, 0, last[axis])
+                faces += ~self.hit[tuple(beside)]
+        weights: FloatArray = np.where(self.hit[tuple(cells)], np.maximum(0.0, 1.0 - faces / 2), 0.0)
+        return weights
 
 
 class Grid:

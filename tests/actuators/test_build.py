@@ -12,8 +12,8 @@ import pytest
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, ProofError
 from kinegen.native.package import load_package
-from kinegen.outputs import parse_quantity
-from tests.builds.workshop import make, set_machine, write_robot
+from kinegen.outputs import Kind, Quantity, parse_quantity
+from tests.builds.workshop import assemble, make, set_machine, write_robot
 
 OUTPUTS = tuple(
     parse_quantity(name)
@@ -108,7 +108,9 @@ def test_what_is_impossible_is_nan_and_named(built: Any) -> None:
     assert np.isfinite(poses[0]).all()
     assert np.isnan(poses[1, :3, :3]).any(axis=1).all()
     assert np.isnan(package.actuators_to_joints(readings)[1, 1:]).all()
-    with pytest.raises(ValueError, match=r"actuator 'ram' reads 0\.9 m at \[1\]; it goes from 0\.3 to 0\.7 m"):
+    with pytest.raises(
+        ValueError, match=r"actuator 'ram' reads 0\.9 m at \[1\], 0\.2 m beyond; it goes from 0\.3 to 0\.7 m"
+    ):
         package.fk_actuators(package.check_actuators(readings))
 
 
@@ -143,3 +145,18 @@ def test_a_build_without_actuators_in_the_file_says_so(tmp_path: Path) -> None:
 
     with pytest.raises(KinegenError, match="arm has no actuators; its file says under 'actuators' what drives"):
         make(write_robot(tmp_path, text), tmp_path, quantities=OUTPUTS[2:3], compile=False)
+
+
+@pytest.mark.parametrize("robot", ["wire_arm", "motoman_l3", "palletiser"])
+@pytest.mark.parametrize("kind", [kind for kind in Kind if "actuators" in kind])
+def test_the_example_of_a_module_has_a_value(robot: str, kind: Kind, tmp_path: Path) -> None:
+    """Linkages do not close at readings of zero, and joints of zero may be beyond them."""
+    module = assemble(robot, tmp_path, compiled=False, quantities=(Quantity(kind),))
+    lines = [line.removeprefix("    >>> ") for line in (module.__doc__ or "").splitlines() if ">>>" in line]
+    names: dict[str, Any] = {}
+
+    text = "\n".join(lines).replace(f"import {robot}\n", "")
+    exec(text, {"np": np, robot: module}, names)  # noqa: S102 - our own output
+
+    (result,) = (value for name, value in names.items() if name != "np")
+    assert np.isfinite(result).all()

@@ -24,12 +24,16 @@ def test_readings_within_their_ranges_come_back() -> None:
 @pytest.mark.parametrize(
     ("readings", "message"),
     [
-        ([1.5, 0.5, 0], "actuator 'm1' reads 1.5 rad; it goes from -1 to 1 rad"),
-        ([0, 0.1, 0], "actuator 'wire' reads 0.1 m; it goes from 0.2 to 0.8 m"),
+        ([1.5, 0.5, 0], "actuator 'm1' reads 1.5 rad, 0.5 rad beyond; it goes from -1 to 1 rad"),
+        ([0, 0.1, 0], "actuator 'wire' reads 0.1 m, 0.1 m beyond; it goes from 0.2 to 0.8 m"),
         ([0, math.nan, 0], "actuator 'wire' reads nan m; it goes from 0.2 to 0.8 m"),
-        ([0, 0.5, math.nan], "actuator 'm3' reads nan, which is no finite number"),
-        ([[0, 0.5, 0], [0, 0.9, 0]], r"actuator 'wire' reads 0.9 m at \[1\]; it goes"),
-        (np.full((2, 3, 3), 2.0), r"actuator 'm1' reads 2 rad at \[0, 0\]; it goes"),
+        ([0, 0.5, math.nan], "actuator 'm3' reads nan, which is not a finite number"),
+        ([0, 0.5, math.inf], "actuator 'm3' reads inf, which is not a finite number"),
+        ([0, 0.5, -math.inf], "actuator 'm3' reads -inf, which is not a finite number"),
+        ([0, 0.19999999, 0], "actuator 'wire' reads 0.2 m, 1e-08 m beyond; it goes from 0.2 to 0.8 m"),
+        ([0, math.inf, 0], "actuator 'wire' reads inf m; it goes from 0.2 to 0.8 m"),
+        ([[0, 0.5, 0], [0, 0.9, 0]], r"actuator 'wire' reads 0.9 m at \[1\], 0.1 m beyond; it goes"),
+        (np.full((2, 3, 3), 2.0), r"actuator 'm1' reads 2 rad at \[0, 0\], 1 rad beyond; it goes"),
         ([0, 0.5], r"actuators has shape \(2,\), expected \(\.\.\., 3\)"),
     ],
 )
@@ -70,5 +74,58 @@ def test_readings_without_bounds_take_their_joints_from_end_to_end() -> None:
         rows=rows,
     )
 
-    assert reading_ranges(robot) == ((-math.inf, math.inf), (-math.inf, math.inf))
+    np.testing.assert_allclose(reading_ranges(robot), [(-50 * math.pi, 25 * math.pi), (-math.inf, math.inf)])
     np.testing.assert_allclose(reading_box(robot), [(-50 * math.pi, 50 * math.pi), (-1, 1)])
+
+
+LIMITED = (
+    "{name: turn, a: 0, alpha: 0, d: 0, theta: q, limits: [-170, 170]}",
+    "{name: bend, a: 0, alpha: 0, d: 0, theta: q, limits: [-30, 60]}",
+)
+DEGREE = math.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("readings", "drives", "ranges"),
+    [
+        (
+            "{m1: number, m2: angle}",
+            ("{joint: turn, form: gear, actuator: m1, ratio: 100}", "{joint: bend, value: -m2/2 + 10}"),
+            [(-17000, 17000), (-100 * DEGREE, 80 * DEGREE)],
+        ),
+        # Half of the sum and half of the difference of both joints.
+        (
+            "{m1: angle, m2: angle}",
+            ("{joints: [turn, bend], form: coupling, actuators: [m1, m2], matrix: [[1, 1], [1, -1]]}",),
+            [(-100 * DEGREE, 115 * DEGREE), (-115 * DEGREE, 100 * DEGREE)],
+        ),
+        # The second joint is counted from the first.
+        (
+            "{m1: angle, m2: angle}",
+            (
+                "{joint: turn, form: gear, actuator: m1, ratio: 2, sign: -1}",
+                "{joint: bend, form: gear, actuator: m2, ratio: 1, offset: -turn}",
+            ),
+            [(-340 * DEGREE, 340 * DEGREE), (-200 * DEGREE, 230 * DEGREE)],
+        ),
+    ],
+)
+def test_the_limits_of_joints_bound_readings_that_have_none(
+    readings: str, drives: tuple[str, ...], ranges: list[tuple[float, float]]
+) -> None:
+    robot = machine(readings, *drives, rows=LIMITED)
+
+    np.testing.assert_allclose(reading_ranges(robot), ranges, rtol=1e-9)
+    # Joints at their limits, computed to readings, are within.
+    assert all(low < exact[0] and exact[1] < high for (low, high), exact in zip(reading_ranges(robot), ranges))
+
+
+def test_limits_of_the_reading_itself_are_the_ones_that_count() -> None:
+    robot = machine(
+        "{m1: {dimension: number, limits: [-1, 18000]}, m2: angle}",
+        "{joint: turn, form: gear, actuator: m1, ratio: 100}",
+        "{joint: bend, value: m2}",
+        rows=LIMITED,
+    )
+
+    assert reading_ranges(robot)[0] == (-1, 18000)

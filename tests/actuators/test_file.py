@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from fractions import Fraction
 
 import pytest
 
+from kinegen.errors import RobotFileError
 from kinegen.robot.actuators import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
 from kinegen.robot.digest import digest
 from kinegen.robot.expressions import (
@@ -96,6 +98,7 @@ def test_actuators_count_in_the_hash_and_their_absence_does_not() -> None:
     ("text", "tree"),
     [
         ("acos(m)", Call("acos", Name("m"))),
+        ("atan(m)", Call("atan", Name("m"))),
         ("atan2(y, x)", Atan2(Name("y"), Name("x"))),
         ("sin(cos(2))", Call("sin", Call("cos", number(2)))),
     ],
@@ -112,7 +115,9 @@ def test_functions_of_actuators(text: str, tree: object) -> None:
         ("atan2(1)", "atan2 takes 2 values, found 1"),
         ("acos()", "acos takes 1 value, found 0"),
         ("tan(1)", "unknown function 'tan'"),
-        ("m, 2", "only numbers, names, pi, sqrt, sin, cos, asin, acos, atan2"),
+        ("m, 2", "',' cannot stand in an expression"),
+        ("m[2]", r"'\[' cannot stand in an expression"),
+        ("(m).real", "only numbers, names, pi, sqrt, asin, acos, atan, atan2, sin, cos"),
     ],
 )
 def test_what_is_no_function_of_actuators(text: str, message: str) -> None:
@@ -121,5 +126,30 @@ def test_what_is_no_function_of_actuators(text: str, message: str) -> None:
 
 
 def test_the_table_keeps_its_own_language() -> None:
-    with pytest.raises(ExpressionError, match=r"unknown function 'acos' \(expected sqrt\)"):
-        parse("acos(1)")
+    with pytest.raises(ExpressionError, match=r"unknown function 'cos' \(expected sqrt, asin, acos, atan, atan2\)"):
+        parse("cos(1)")
+
+
+@pytest.mark.parametrize(
+    ("entry", "reading", "message"),
+    [
+        (
+            "form: linear_actuator, actuator: m, sides: [0.3, 0.5]",
+            "{dimension: length, limits: [0.19999999, 0.7]}",
+            "the actuator is 0.2000 long, 1e-8 beyond its triangle: sides of 0.3 and 0.5 close a triangle only",
+        ),
+        (
+            "form: four_bar, actuator: m, ground: 1.00000001, crank: 0.5, coupler: 0.3, rocker: 0.2",
+            "{dimension: angle, limits: [0, 10]}",
+            "the ground, 1.000, is 1e-8 longer than the other three together",
+        ),
+        (
+            "form: four_bar, actuator: m, ground: 1, crank: 0.5, coupler: 0.3, rocker: 0.2",
+            "{dimension: angle, limits: [0, 10]}",
+            "the ground, 1, is as long as the other three together",
+        ),
+    ],
+)
+def test_what_misses_by_a_hair_says_by_how_much(entry: str, reading: str, message: str) -> None:
+    with pytest.raises(RobotFileError, match=re.escape(message)):
+        one(entry, reading)

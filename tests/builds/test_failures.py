@@ -19,7 +19,7 @@ import pytest
 
 from kinegen import build as building
 from kinegen.emit.reals import Real
-from kinegen.errors import CompileError, KinegenError, RobotFileError, WriteError
+from kinegen.errors import CompileError, KinegenError, ProofError, RobotFileError, WriteError
 from tests.builds.workshop import ARM, ROOT, contents, make, picture, write_robot
 
 
@@ -63,12 +63,50 @@ def test_an_extension_of_other_sources_does_not_outlive_a_build_without_a_compil
     assert "arm/_native.abi3.so" not in contents(earlier)
 
 
-def test_a_compiler_that_is_named_and_missing_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compiler_that_is_named_and_missing_is_an_error(
+    earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = picture(earlier)
     monkeypatch.setenv("CC", "no-such-compiler -m32")
-    result = make(write_robot(tmp_path), tmp_path / "out")
 
-    assert "CC names no-such-compiler, which does not exist" in result.notes[0]
-    assert result.backend == "numpy"
+    with pytest.raises(CompileError, match="CC names no-such-compiler, which does not exist or is not a program"):
+        make(write_robot(tmp_path), earlier)
+
+    assert picture(earlier) == before
+
+
+def test_what_a_bad_compiler_made_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It writes a library that does not load while something behind it is broken, which nobody can see from outside."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    broken = tmp_path / "broken"
+    broken.touch()
+    spoil = f'cc "$@" || exit 1\ncase "$*" in *-shared*) [ ! -e {broken} ] || echo no library >_native.abi3.so;; esac'
+    monkeypatch.setenv("CC", str(script(tmp_path, spoil)))
+    path = write_robot(tmp_path)
+
+    with pytest.raises(CompileError, match="the compiled module cannot be proven on this machine"):
+        make(path, tmp_path / "out")
+
+    broken.unlink()
+    assert make(path, tmp_path / "out").backend == "c"
+
+
+def test_an_extension_whose_proof_fails_is_forgotten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that came from the cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    path = write_robot(tmp_path)
+    make(path, tmp_path / "out")
+
+    def refuse(*_: Any) -> Any:
+        raise ProofError("it differs")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(building, "proof_of", refuse)
+        with pytest.raises(ProofError):
+            make(path, tmp_path / "out")
+
+    compiled = next(stage for stage in make(path, tmp_path / "out").stages if stage.name == "compile")
+    assert compiled.detail == "_native.abi3.so"
 
 
 def test_a_compiler_that_fails_without_a_word_is_told(
@@ -120,10 +158,23 @@ def test_a_compiler_that_is_no_program_is_told(earlier: Path, tmp_path: Path, mo
     compiler.write_bytes(b"\0\1\2 no program")
     monkeypatch.setenv("CC", str(compiler))
 
-    with pytest.raises(KinegenError, match="Exec format error"):
+    with pytest.raises(KinegenError, match="cannot be run: Exec format error"):
         make(write_robot(tmp_path), earlier)
 
     assert picture(earlier) == before
+
+
+def test_an_edited_file_leaves_the_earlier_output_and_force_replaces_it(earlier: Path, tmp_path: Path) -> None:
+    with (earlier / "arm" / "arm.c").open("a", encoding="utf-8") as file:
+        file.write("/* mine */\n")
+    before = picture(earlier)
+
+    with pytest.raises(WriteError, match=r"arm\.c was not written by kinegen, or changed since: move it away, or"):
+        make(write_robot(tmp_path), earlier, compile=False)
+
+    assert picture(earlier) == before
+    make(write_robot(tmp_path), earlier, compile=False, force=True)
+    assert b"mine" not in contents(earlier)["arm/arm.c"]
 
 
 def test_a_bad_robot_file_leaves_the_earlier_output(earlier: Path, tmp_path: Path) -> None:
@@ -247,9 +298,9 @@ def test_an_interrupt_in_any_stage_leaves_the_earlier_output(
     monkeypatch.setattr("tempfile.tempdir", str(temporary))
     honest: Callable[..., Any] = getattr(building, stage)
 
-    def interrupted(*arguments: Any) -> Any:
+    def interrupted(*arguments: Any, **options: Any) -> Any:
         if moment == "after":
-            honest(*arguments)
+            honest(*arguments, **options)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(building, stage, interrupted)
@@ -258,7 +309,7 @@ def test_an_interrupt_in_any_stage_leaves_the_earlier_output(
         make(write_robot(tmp_path), earlier)
 
     if (stage, moment) == ("write_files", "after"):
-        assert b"of an earlier build" not in contents(earlier)["arm/arm.c"]
+        assert b"0.25" in contents(earlier)["arm/arm.c"]
     else:
         assert picture(earlier) == before
     assert list(temporary.iterdir()) == []

@@ -64,7 +64,7 @@ def digests(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str
 def test_folder_locale_and_hashes_do_not_matter(digests: dict[str, dict[str, str]]) -> None:
     first, *others = digests.values()
 
-    assert len(first) == 18 * len(TEXTS)
+    assert len(first) == 19 * len(TEXTS)
     for other in others:
         assert other == first
 
@@ -76,7 +76,9 @@ def test_a_build_writes_those_bytes(tmp_path: Path) -> None:
     kernels = lower_file(path, (Quantity.POSE,))
     printed = emit_files(kernels, tuple(Real), compute_vectors(kernels)).files
 
-    assert contents(result.folder) == {name: text.encode() for name, text in printed.items()}
+    found = contents(result.folder)
+    assert set(json.loads(found.pop("kinegen-manifest.json"))["files"]) == set(printed)
+    assert found == {name: text.encode() for name, text in printed.items()}
 
 
 def test_compiling_changes_no_text(tmp_path: Path) -> None:
@@ -104,7 +106,7 @@ def test_a_second_build_touches_nothing(tmp_path: Path) -> None:
 def test_only_what_differs_is_touched(tmp_path: Path) -> None:
     path = write_robot(tmp_path)
     make(path, tmp_path / "out")
-    (tmp_path / "out" / "arm" / "arm.h").write_text("edited", encoding="utf-8")
+    (tmp_path / "out" / "arm" / "arm.h").unlink()
     result = make(path, tmp_path / "out")
 
     assert [entry.path.name for entry in result.written if entry.changed] == ["arm.h"]
@@ -138,4 +140,4 @@ def test_a_number_in_the_robot_file_changes_the_digest_in_every_banner(tmp_path:
     assert one.robot.digest != two.robot.digest
     for name, content in contents(two.folder).items():
         assert one.robot.digest.encode() not in content, name
-        assert name == "py.typed" or two.robot.digest.encode() in content, name
+        assert name in ("py.typed", "kinegen-manifest.json") or two.robot.digest.encode() in content, name

@@ -199,8 +199,8 @@ def test_a_robot_without_joints_gives_its_pose_for_no_joint_values(package_of: C
     )
 
 
-def test_a_compiled_package_without_cffi_evaluates_with_numpy_and_says_why(built: Path) -> None:
-    """Of cffi the extension needs the run-time part, which a copy of the folder may not find elsewhere."""
+def test_a_compiled_package_without_cffi_evaluates_in_c(built: Path) -> None:
+    """A copy of the folder may not find cffi elsewhere; ctypes then calls the same functions."""
     code = """
 import sys, warnings
 sys.modules["_cffi_backend"] = sys.modules["cffi"] = None
@@ -212,8 +212,7 @@ print(arm.backend, [str(warning.message) for warning in caught])
 """
     done = subprocess.run([sys.executable, "-c", code, built], capture_output=True, text=True, check=True)
 
-    assert done.stdout.startswith("numpy ['arm: _native.abi3.so is not used, NumPy is: ")
-    assert "_cffi_backend" in done.stdout
+    assert done.stdout == "c []\n"
 
 
 def test_what_a_build_reports_is_what_it_did(tmp_path: Path) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,8 +15,14 @@ from typing import Any
 import pytest
 
 from kinegen import unchanged
+from kinegen.boards.figures import Calls, Cost
+from kinegen.native import identity
+from kinegen.native.cache import Cache
 from kinegen.outputs import USUAL, Quantity
+from kinegen.records import from_plain, to_plain
 from kinegen.results import BuildOptions, BuildResult
+from kinegen.verify.comparison import Comparison, Proof
+from kinegen.write import Written
 from tests.builds.workshop import ARM, QUICK, ROOT, make, picture, write_robot
 
 Change = Callable[[Path, Path], object]
@@ -20,6 +30,17 @@ Change = Callable[[Path, Path], object]
 
 def options_for(output: Path, **others: Any) -> BuildOptions:
     return BuildOptions(output=output, **({"quantities": (Quantity.POSE,), "flags": QUICK} | others))
+
+
+def recall(path: Path, options: BuildOptions) -> BuildResult | None:
+    """What is known of a build."""
+    return unchanged.recall(unchanged.key_of(path, options), path, options)
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cache for a test that alters what is kept."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
 @pytest.fixture
@@ -34,7 +55,7 @@ def built(tmp_path: Path) -> tuple[Path, BuildOptions, BuildResult]:
 def test_what_was_built_is_told_again_and_nothing_is_touched(built: tuple[Path, BuildOptions, BuildResult]) -> None:
     path, options, result = built
     before = picture(options.output)
-    again = unchanged.recall(unchanged.key_of(path, options))
+    again = recall(path, options)
 
     assert again is not None
     assert (again.robot, again.counts, again.proof, again.notes) == (
@@ -64,7 +85,7 @@ def test_whatever_changed_is_built(change: str, built: tuple[Path, BuildOptions,
     path, options, result = built
     CHANGES[change](path, result.folder)
 
-    assert unchanged.recall(unchanged.key_of(path, options)) is None
+    assert recall(path, options) is None
 
 
 @pytest.mark.parametrize(
@@ -73,27 +94,31 @@ def test_whatever_changed_is_built(change: str, built: tuple[Path, BuildOptions,
 def test_other_options_are_another_build(others: dict[str, Any], built: tuple[Path, BuildOptions, BuildResult]) -> None:
     path, options, _ = built
 
-    assert unchanged.recall(unchanged.key_of(path, options_for(**{"output": options.output, **others}))) is None
+    assert recall(path, options_for(**{"output": options.output, **others})) is None
 
 
 def test_another_program_library_or_machine_is_another_build(
     built: tuple[Path, BuildOptions, BuildResult], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, options, _ = built
-    for name, other in (("_program", lambda: "another"), ("_LIBRARIES", ("numpy",)), ("_TOOLS", ("cc",))):
+    for name, other in (
+        ("native.identity.program", lambda: "another"),
+        ("native.identity._LIBRARIES", ("numpy",)),
+        ("unchanged._TOOLS", ("cc",)),
+    ):
         with monkeypatch.context() as patch:
-            patch.setattr(unchanged, name, other)
-            assert unchanged.recall(unchanged.key_of(path, options)) is None
+            patch.setattr(f"kinegen.{name}", other)
+            assert recall(path, options) is None
 
-    assert unchanged.recall(unchanged.key_of(path, options)) is not None
+    assert recall(path, options) is not None
 
 
 def test_what_cannot_be_read_is_built_and_says_why_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     options = options_for(tmp_path / "out")
 
-    assert unchanged.recall(unchanged.key_of(tmp_path / "missing.yaml", options)) is None
+    assert recall(tmp_path / "missing.yaml", options) is None
     monkeypatch.setenv("CC", "no-such-compiler")
-    assert unchanged.recall(unchanged.key_of(write_robot(tmp_path), options)) is None
+    assert recall(write_robot(tmp_path), options) is None
 
 
 def test_a_file_that_is_edited_while_it_is_built_is_built_again(tmp_path: Path) -> None:
@@ -103,7 +128,7 @@ def test_a_file_that_is_edited_while_it_is_built_is_built_again(tmp_path: Path) 
     path.write_text(ARM.replace("0.25", "0.75"), encoding="utf-8")
     unchanged.remember(key, result)
 
-    assert unchanged.recall(unchanged.key_of(path, options)) is None
+    assert recall(path, options) is None
 
 
 def test_telling_again_needs_neither_sympy_nor_numpy() -> None:
@@ -112,3 +137,82 @@ def test_telling_again_needs_neither_sympy_nor_numpy() -> None:
     told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
     assert told == "set()\n"
+
+
+def replace_record(change: Callable[[dict[str, Any]], object]) -> None:
+    """Alter what is kept of builds, with right digests in front."""
+    folder = Cache().folder
+    assert folder
+    for entry in (folder / "extensions").iterdir():
+        content = entry.read_bytes()[32:]
+        if content.startswith(b'{"digests"'):
+            record = json.loads(content)
+            told = json.loads(record["told"])
+            change(told)
+            content = json.dumps(record | {"told": json.dumps(told)}).encode()
+            entry.write_bytes(hashlib.sha256(content).digest() + content)
+
+
+def test_a_result_whose_proof_does_not_hold_is_not_told_again(
+    own_cache: None, built: tuple[Path, BuildOptions, BuildResult]
+) -> None:
+    path, options, _ = built
+    replace_record(lambda told: told["proof"]["comparisons"][0].update(position_error=5.0))
+
+    assert recall(path, options) is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda told: told.clear(),
+        lambda told: told.update(folder="/"),
+        lambda told: told.update(luck=1),
+        lambda told: told.update(counts=7),
+        lambda told: told["written"][0].update(status="lucky"),
+    ],
+)
+def test_a_result_of_another_shape_is_not_told_again(
+    own_cache: None, change: Callable[[dict[str, Any]], object], built: tuple[Path, BuildOptions, BuildResult]
+) -> None:
+    path, options, _ = built
+    replace_record(change)
+
+    assert recall(path, options) is None
+
+
+def test_nothing_that_is_kept_can_run(
+    own_cache: None, built: tuple[Path, BuildOptions, BuildResult], tmp_path: Path
+) -> None:
+    """What pickle would run is not even looked at."""
+    path, options, _ = built
+    folder = Cache().folder
+    assert folder
+    planted = b"cos\nsystem\n(S'touch " + os.fsencode(tmp_path / "planted") + b"'\ntR."
+    for entry in (folder / "extensions").iterdir():
+        entry.write_bytes(hashlib.sha256(planted).digest() + planted)
+
+    assert recall(path, options) is None
+    assert not (tmp_path / "planted").exists()
+
+
+def test_every_module_and_template_is_part_of_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also those that no pattern of names would think of."""
+    package = tmp_path / "kinegen"
+    (package / "symbolic" / "inverse").mkdir(parents=True)
+    (package / "templates").mkdir()
+    monkeypatch.setattr(identity, "_PACKAGE", package)
+    digests = []
+    for name in ("symbolic/inverse/places.py", "templates/odd.name", "py.typed"):
+        (package / name).write_text("raise\n")
+        digests.append(identity.program.__wrapped__())
+
+    assert len(set(digests)) == 3
+
+
+def test_records_come_back_as_they_were() -> None:
+    cost = Cost("m4", "gcc", Quantity.POSE, "float", "-Os", 1, 2, 3, Calls(4, 5), "cycles", None)
+    proof = Proof(0.5, (Comparison("C", Quantity.POSE, 3, 0.0, math.inf, 1.0, 1e-300, (0.1, 2.0), "tool"),), ("all",))
+
+    for record in (cost, proof, BuildOptions(wrt=("a",)), Written(Path("a"), "new")):
+        assert from_plain(type(record), json.loads(json.dumps(to_plain(record)))) == record

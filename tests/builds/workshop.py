@@ -80,16 +80,18 @@ def make(path: Path, output: Path, report: Any = None, **options: Any) -> BuildR
     return build(path, BuildOptions(output=output, **chosen), report or stages.append)
 
 
-def assemble(name: str, folder: Path, *, compiled: bool) -> ModuleType:
+def assemble(name: str, folder: Path, *, compiled: bool, quantities: tuple[Quantity, ...] = USUAL) -> ModuleType:
     """A package of a robot of `robots/`, without test vectors and without a proof, which take long for large ones."""
-    kernels = lower_file(ROBOTS / f"{name}.yaml", USUAL)
+    kernels = lower_file(ROBOTS / f"{name}.yaml", quantities)
     reals = tuple(Real)
     sources: dict[str, str] = {}
     for real in reals:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
     files: dict[str, str | bytes] = {**emit_formula(kernels), **emit_package(kernels, reals, stamp_of(sources))}
     if compiled:
-        files[EXTENSION] = build_extension(interface_of(kernels, reals), sources, QUICK).content
+        extension = build_extension(interface_of(kernels, reals), sources, QUICK)
+        extension.keep()
+        files[EXTENSION] = extension.content
     write_files(folder / name, files)
     return load_package(folder / name)
 

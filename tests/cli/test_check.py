@@ -58,6 +58,16 @@ def test_a_nearly_special_angle_is_a_note_with_its_line(file: Path, capsys: pyte
     )
 
 
+def test_radians_in_a_file_in_degrees_are_a_note(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(TWO.replace("alpha: 0, a: L1", "alpha: 1.5708, a: L1"), encoding="utf-8")
+
+    assert main(["check", str(file)]) == 0
+    assert capsys.readouterr().out.splitlines()[1] == (
+        f"{file}:9: note: alpha of joint 1 (turn) is 1.5708 deg, close to the number pi/2; "
+        "if radians were meant, write 90"
+    )
+
+
 def test_the_tool_has_no_line(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file.write_text(TWO + "tool: {rpy: [0, 90.01, 0]}\n", encoding="utf-8")
     main(["check", str(file)])

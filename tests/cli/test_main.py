@@ -16,6 +16,7 @@ import pytest
 import kinegen
 from kinegen import cli
 from kinegen.cli import main, terminal
+from kinegen.cli.cached import warn_of_cache
 from kinegen.errors import KinegenError
 from tests.cli.commands import BAD, ROBOTS, TWO, start
 
@@ -55,13 +56,34 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"kinegen {kinegen.__version__}\n"
 
 
-@pytest.mark.parametrize("line", ["", "shwo", "--frobnicate", "show", "show a b", "check", "build"])
-def test_wrong_usage_exits_with_2(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("shwo", "error: No such command 'shwo'; see 'kinegen --help'"),
+        ("--frobnicate", "error: No such option"),
+        ("show", "error: Missing argument 'FILE'; see 'kinegen show --help'"),
+        ("show a b", "error: Got unexpected extra argument (b); see 'kinegen show --help'"),
+        ("check", "error: Missing argument 'FILE...'; see 'kinegen check --help'"),
+        ("build a --real q7", "error: Invalid value for '--real': 'q7' is not one of 'double', 'float', 'both', "),
+        (
+            "build a --march x --portable",
+            "error: --march and --portable exclude each other; see 'kinegen build --help'",
+        ),
+        ("build \x1b[31m --\x07", "error: No such option"),
+    ],
+)
+def test_wrong_usage_is_one_line_and_2(line: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 2
 
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.startswith("Usage: kinegen ")
+    assert err.startswith(told)
+    assert err.count("\n") == 1
+
+
+def test_no_arguments_print_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 2
+    assert capsys.readouterr().err.startswith("Usage: kinegen ")
 
 
 def test_an_error_is_one_line_on_stderr(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -167,6 +189,106 @@ def test_a_terminal_that_lacks_a_character_gets_an_escape(tmp_path: Path) -> Non
     assert first == "two: \\u0141ód\\u017a\n"
 
 
+HEAVY = ("show", ROBOTS / "scara.yaml")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+@pytest.mark.parametrize("arguments", [HEAVY, ("--help",), ("check", ROBOTS / "scara.yaml"), ("schema",)])
+def test_a_full_stdout_is_one_line(arguments: tuple[str | Path, ...]) -> None:
+    """Nothing more follows when Python ends and writes what is left."""
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "kinegen", *map(str, arguments)]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, cwd=ROBOTS.parent)
+
+    assert done.returncode == 1
+    assert done.stderr.removeprefix("error: ").removeprefix("cannot print: ") == "No space left on device\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="streams are closed so by shells of POSIX")
+@pytest.mark.parametrize("closing", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_streams_that_lead_nowhere(closing: str, tmp_path: Path) -> None:
+    """No file that is opened later takes their place."""
+    command = f"{sys.executable} -m kinegen build {ROBOTS}/scara.yaml -o {tmp_path}/out --no-compile {closing}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False, cwd=ROBOTS.parent)
+
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "scara" / "scara.c").read_text(encoding="utf-8").startswith("/*")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit works so on Linux")
+@pytest.mark.parametrize("megabytes", [100, 150, 200, 250, 300])
+@pytest.mark.parametrize("name", ["check", "build"])
+def test_too_little_memory_is_told_in_a_line(name: str, megabytes: int, tmp_path: Path) -> None:
+    """Where libraries end the process themselves, their words are their own; ours are no traceback."""
+    rest = f"-o {tmp_path}/out --no-compile" if name == "build" else ""
+    command = f"ulimit -v {megabytes}000; exec {sys.executable} -m kinegen {name} {ROBOTS}/scara.yaml {rest}"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        ["bash", "-c", command], capture_output=True, text=True, check=False, cwd=ROBOTS.parent, env=environment
+    )
+
+    assert "Traceback" not in done.stderr
+    if done.returncode == 1 and "OpenBLAS" not in done.stderr:
+        assert done.stderr.startswith("error: there is not enough memory, or a limit on memory or threads is too low")
+        assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        MemoryError(),
+        RuntimeError("can't start new thread"),
+        ImportError("x.so: failed to map segment from shared object"),
+        OSError(12, "Cannot allocate memory"),
+    ],
+)
+def test_memory_that_runs_out_is_told_in_a_line(
+    failure: BaseException, failing: type[BaseException], capsys: pytest.CaptureFixture[str]
+) -> None:
+    failing.raised = failure  # type: ignore[attr-defined]
+
+    assert main(["schema"]) == 1
+    assert capsys.readouterr().err == (
+        "error: there is not enough memory, or a limit on memory or threads is too low (see ulimit -a)\n"
+    )
+
+
+NASTY = "esc\x1b[31m\x1b]0;PWN\x07\u202e\nerror: x.yaml: ok.yaml"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="other systems have no such names")
+def test_control_characters_of_names_are_escaped_wherever_they_are_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A name can neither paint nor forge a line."""
+    robot, broken, output = tmp_path / NASTY, tmp_path / f"2{NASTY}", tmp_path / f"out{NASTY}"
+    robot.write_text(TWO, encoding="utf-8")
+    broken.write_text(BAD, encoding="utf-8")
+    blocked = tmp_path / f"blocked{NASTY}"
+    blocked.write_text("", encoding="utf-8")
+    lines = [
+        ("check", robot),
+        ("check", robot, broken),
+        ("inspect", robot),
+        ("inspect", robot, broken),
+        ("show", broken),
+        ("build", robot, "-o", output, "--no-compile"),
+        ("build", robot, robot, broken, "-o", output, "--no-compile"),
+        ("build", robot, "-o", blocked, "--no-compile"),
+        ("workspace", robot, "--samples", "1000", "--slices", tmp_path / f"{NASTY}.svg"),
+        ("workspace", robot, "--samples", "1000", "--slices", tmp_path / f"{NASTY}.jpg"),
+        ("fk", broken, "0", "0"),
+        ("build", robot, f"--{NASTY}"),
+    ]
+    for line in lines:
+        main([*map(str, line)])
+        out, err = capsys.readouterr()
+
+        assert "PWN" in out + err, line
+        assert not set(out + err) & set("\x1b\x07\u202e"), line
+        assert not any(words.startswith("error: x.yaml") for words in (out + err).splitlines()), line
+
+
 class Terminal(io.StringIO):
     """Something that says it is a terminal."""
 
@@ -234,3 +356,25 @@ def test_an_installed_command_calls_the_same_function() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
 
     assert done.stdout == "kinegen.cli:main\n"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes are of POSIX")
+def test_a_cache_that_others_may_write_to_is_told_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (tmp_path / "kinegen").mkdir()
+    (tmp_path / "kinegen").chmod(0o777)
+    warn_of_cache.cache_clear()
+    files = []
+    for name in ("one", "two"):
+        files.append(tmp_path / f"{name}.yaml")
+        files[-1].write_text(TWO.replace("name: two", f"name: {name}"), encoding="utf-8")
+
+    assert main(["build", *map(str, files), "-o", str(tmp_path / "out"), "--no-compile"]) == 0
+
+    assert capsys.readouterr().err == (
+        f"warning: the cache {tmp_path / 'kinegen'} is not used, since other users may write to it; delete it, and it "
+        "is made anew\n"
+    )
+    assert not list((tmp_path / "kinegen").iterdir())

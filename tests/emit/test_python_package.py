@@ -58,7 +58,7 @@ sys.path.insert(0, sys.argv[1])
 def python(code: str, *arguments: str | Path) -> str:
     """Run Python apart from this checkout, with warnings as errors."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    command = [sys.executable, "-W", "error", "-B", "-c", code, *arguments]
+    command = [sys.executable, "-W", "error", "-W", "ignore:NumPy evaluates", "-B", "-c", code, *arguments]
     done = subprocess.run(command, cwd="/", env=environment, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stderr
@@ -86,6 +86,15 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for file, text in files.items():
             (root / "generated" / name / file).write_text(text, encoding="utf-8", newline="\n")
     return root / "generated"
+
+
+def test_an_older_python_is_refused_with_a_sentence(generated: Path) -> None:
+    code = "import sys; sys.version_info = (3, 9, 18); sys.path.insert(0, sys.argv[1]); import hand"
+    command = [sys.executable, "-B", "-c", code, str(generated)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 1
+    assert done.stderr.endswith("ImportError: hand needs Python 3.10 or newer; this is Python 3.9\n")
 
 
 # D301: quotes and backslashes of an odd description are escaped, which reads no worse than a raw string.

@@ -46,7 +46,7 @@ def test_a_build_with_an_inverse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert targets == {
         f"{way}, there and back{parameters}"
         for real in ("double", "float")
-        for way in (f"C {real}", f"C {real}, batch", f"NumPy {real}")
+        for way in (f"C {real}", f"C {real}, batch", f"C {real}, batch joint_major", f"NumPy {real}")
         for parameters in ("", ", other parameters")
     }
     assert any(line.startswith("inverse: 2,000 random targets") for line in result.proof.counts)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from kinegen import reference
 from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
+from kinegen.verify.branches import require_names
 from kinegen.verify.samples import singular_samples
 from tests.inverse.arms import DISTAL, Arm, arm_of, distances, errors, evaluate, joint_vectors, robots
 
@@ -110,3 +112,17 @@ def test_runtime_lengths_may_take_other_values_and_signs(name: str, signs: tuple
     assert len(parameters) > 1
     np.testing.assert_allclose(reached[solved], np.repeat(poses, solved.sum(axis=1), axis=0), atol=1e-9)
     assert np.where(solved, distances(arm, solutions, q), np.inf).min(axis=1).max() < 1e-6
+
+
+@pytest.mark.parametrize("kind", DISTAL)
+@settings(max_examples=6)
+@given(data=st.data())
+def test_every_solution_is_what_the_name_of_its_branch_says(kind: str, data: st.DataObject) -> None:
+    """Axes read off the Jacobian of the reference say on which side the shoulder, the elbow and the wrist are."""
+    arm = arm_of(data.draw(robots(kind)))
+    q = joint_vectors(arm.robot, 40, 5)
+    solutions, valid = evaluate(arm, reference.pose(arm.robot, q)[:, 0])
+    package = ModuleType("arm")
+    package.__dict__["BRANCHES"] = arm.family.branches
+
+    require_names(arm.robot, package, arm.family, "C double", solutions, valid != 0)

@@ -58,3 +58,20 @@ def test_it_refuses_what_a_batch_refuses(arm: ModuleType, place: tuple[int, int]
 def test_a_reflection_is_refused(arm: ModuleType) -> None:
     with pytest.raises(ValueError, match="inverse: base_T_tool holds a reflection"):
         arm.inverse(np.diag([1.0, 1.0, -1.0, 1.0]))
+
+
+def test_one_plain_target_never_enters_python(arm: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    targets = arm.fk(np.random.default_rng(4).uniform(-1, 1, (20, 3)))
+    expected = [arm.inverse(target.tolist()) for target in targets]
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(type(arm.inverse).__base__, "__call__", refuse)
+    for target, (solutions, valid) in zip(targets, expected, strict=True):
+        found, holds = arm.inverse(target)
+
+        np.testing.assert_array_equal(found, solutions)
+        np.testing.assert_array_equal(holds, valid)
+        assert (found.dtype, holds.dtype) == (np.float64, np.bool_)
+    assert valid.any()

@@ -83,6 +83,12 @@ def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> N
             "wrist_bend, alpha: 89",
             "axes 4 and 5 are not at right angles: they stand at 89 deg",
         ),
+        (
+            "wrist_bend, alpha: 90",
+            "wrist_bend, alpha: 89.9999999",
+            "axes 4 and 5 are not at right angles: off by 1.7e-09 rad",
+        ),
+        ("elbow,      alpha: 0", "elbow,      alpha: 0.000001", "axes 2 and 3 are not parallel: off by 1.7e-08 rad"),
         ("elbow,      alpha: 0", "elbow,      alpha: 0.01", "axes 2 and 3 are not parallel: they stand at 0.01 deg"),
         ("shoulder,   alpha: -90", "shoulder,   alpha: 0", "axes 1 and 2 are parallel"),
     ],

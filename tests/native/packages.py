@@ -67,5 +67,6 @@ def write_package(name: str, flags: Flags | None, folder: Path, cache_folder: Pa
         (package / file).write_text(text, encoding="utf-8", newline="\n")
     if flags is not None:
         extension = build_extension(interface_of(robot, REALS), texts, flags, cache_folder)
+        extension.keep()
         (package / EXTENSION).write_bytes(extension.content)
     return package

@@ -141,7 +141,9 @@ class Sample:
         (package / "_numpy.py").write_text(self._numpy(), encoding="utf-8")
         (package / "__init__.py").write_text(self._init(), encoding="utf-8")
         if native:
-            content = build_extension(self.interface, self.sources(), FLAGS, cache).content
+            extension = build_extension(self.interface, self.sources(), FLAGS, cache)
+            extension.keep()
+            content = extension.content
             (package / EXTENSION).write_bytes(content)
         return package
 

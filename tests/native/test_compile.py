@@ -7,15 +7,16 @@ import stat
 import subprocess
 import sysconfig
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kinegen.emit.files import stamp_of
-from kinegen.errors import CompileError
+from kinegen.errors import CompileError, MissingToolError
 from kinegen.naming import EXTENSION
-from kinegen.native.compile import compile_extension
+from kinegen.native.compile import Extension, compile_extension
 from kinegen.native.compiler import find_compiler, processor
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
@@ -37,11 +38,18 @@ def compiler_script(folder: Path, text: str) -> str:
 
 
 def build(cache: Path, flags: Flags = FLAGS) -> bytes:
-    return build_extension(CHAIN.interface, CHAIN.sources(), flags, cache).content
+    """Compile it and keep it, as a build does whose proof holds."""
+    return kept(build_extension(CHAIN.interface, CHAIN.sources(), flags, cache)).content
+
+
+def kept(extension: Extension) -> Extension:
+    """The extension, from now on in its cache."""
+    extension.keep()
+    return extension
 
 
 def test_an_unchanged_build_comes_from_the_cache(tmp_path: Path) -> None:
-    first = build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path)
+    first = kept(build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path))
     second = build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path)
 
     assert (first.cached, second.cached) == (False, True)
@@ -53,8 +61,8 @@ def test_what_decides_the_result_decides_the_entry(tmp_path: Path) -> None:
     sources = CHAIN.sources()
     sources["chain.c"] += "/* one more word */\n"
 
-    assert not build_extension(CHAIN.interface, sources, FLAGS, tmp_path).cached
-    assert not build_extension(CHAIN.interface, CHAIN.sources(), Flags(march=None), tmp_path).cached
+    assert not kept(build_extension(CHAIN.interface, sources, FLAGS, tmp_path)).cached
+    assert not kept(build_extension(CHAIN.interface, CHAIN.sources(), Flags(march=None), tmp_path)).cached
     assert len(list((tmp_path / "extensions").iterdir())) == 3
 
 
@@ -63,7 +71,7 @@ def test_a_damaged_entry_is_built_anew(tmp_path: Path) -> None:
     (entry,) = (tmp_path / "extensions").iterdir()
     entry.write_bytes(entry.read_bytes()[:-100])
 
-    again = build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path)
+    again = kept(build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path))
 
     assert not again.cached
     assert again.content == content
@@ -78,13 +86,14 @@ def test_an_unwritable_cache_is_done_without(tmp_path: Path) -> None:
 
 def test_the_cache_lies_where_the_user_keeps_caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "mine"))
-    build_extension(CHAIN.interface, CHAIN.sources(), FLAGS)
+    kept(build_extension(CHAIN.interface, CHAIN.sources(), FLAGS))
 
     assert len(list((tmp_path / "mine" / "kinegen" / "extensions").iterdir())) == 1
 
     monkeypatch.setenv("XDG_CACHE_HOME", "")
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    build_extension(CHAIN.interface, CHAIN.sources(), FLAGS)
+    (tmp_path / "home").mkdir()
+    kept(build_extension(CHAIN.interface, CHAIN.sources(), FLAGS))
 
     assert len(list((tmp_path / "home" / ".cache" / "kinegen" / "extensions").iterdir())) == 1
 
@@ -116,7 +125,10 @@ def test_the_extension_serves_every_python_3(tmp_path: Path) -> None:
     names = subprocess.run(["nm", "-D", tmp_path / EXTENSION], capture_output=True, text=True, check=True).stdout
 
     defined = [line.split()[-1] for line in names.splitlines() if " T " in line]
-    assert [name for name in defined if not name.startswith("_")] == ["PyInit__native"]
+    allowed = ("kinegen_", "_pointers", "_arrays", "_many")
+    outside = [name for name in defined if not name.startswith("_") and not any(part in name for part in allowed)]
+    assert outside == ["PyInit__native"]
+    assert {"kinegen_stamp", "kinegen_select", "kinegen_variant", "kinegen_signatures"} <= set(defined)
     assert "_Py" not in names.replace("_Py_Dealloc", "").replace("_Py_NoneStruct", "")
 
 
@@ -144,8 +156,84 @@ def test_a_missing_compiler_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_compiler_named_wrongly_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "gcc-47 -m64")
 
-    with pytest.raises(CompileError, match=r"no C compiler \(CC names gcc-47, which does not exist\): install one"):
+    with pytest.raises(
+        CompileError, match=r"CC names gcc-47, which does not exist or is not a program; correct it or"
+    ) as caught:
         build(tmp_path)
+
+    assert not isinstance(caught.value, MissingToolError)  # nobody goes on without what was asked for
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('"gcc', "CC is not a command: no closing quotation in '\"gcc'"),
+        ("true", "true reported success and wrote no _native.abi3.so; CC has to name a C compiler"),
+    ],
+)
+def test_a_compiler_that_is_none_is_named(
+    text: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", text)
+
+    with pytest.raises(CompileError) as caught:
+        build(tmp_path)
+
+    assert str(caught.value).startswith(words)
+
+
+def test_a_compiler_that_does_not_end_is_ended_with_all_that_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waiting = f'case "$*" in *--version*) echo 1;; *) sleep 60 & echo $! >>{tmp_path}/pids; wait;; esac'
+    monkeypatch.setenv("CC", compiler_script(tmp_path, waiting))
+    monkeypatch.setenv("KINEGEN_COMPILER_SECONDS", "0.5")
+    begin = time.monotonic()
+
+    with pytest.raises(CompileError, match=r"it was ended after 0\.5 s; KINEGEN_COMPILER_SECONDS can name more"):
+        build(tmp_path / "cache")
+
+    assert time.monotonic() - begin < 30
+    for pid in (tmp_path / "pids").read_text().split():
+        assert not Path("/proc", pid).exists() or "Z" in Path("/proc", pid, "stat").read_text()
+
+
+def test_missing_headers_of_numpy_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(np, "get_include", lambda: str(tmp_path / "none"))
+
+    with pytest.raises(MissingToolError, match=r"no numpy/ndarraytypes\.h in .*none\): install them"):
+        build(tmp_path)
+
+
+def test_a_wrapper_that_says_what_another_said_is_another_compiler(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same name and the same words, but it does something else."""
+    monkeypatch.setenv("CC", compiler_script(tmp_path, 'exec cc "$@"'))
+    build(tmp_path / "cache")
+    assert build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path / "cache").cached
+
+    compiler_script(tmp_path, 'exec cc -DMORE "$@"')
+
+    assert not build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path / "cache").cached
+
+
+def test_variables_that_compilers_heed_are_part_of_the_entry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build(tmp_path)
+    monkeypatch.setenv("CPATH", str(tmp_path))
+
+    assert not build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path).cached
+
+
+def test_nothing_is_kept_before_it_is_proven(tmp_path: Path) -> None:
+    extension = build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path)
+    assert not (tmp_path / "extensions").exists()
+
+    extension.keep()
+    assert build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path).cached
+
+    extension.forget()
+    assert not build_extension(CHAIN.interface, CHAIN.sources(), FLAGS, tmp_path).cached
 
 
 def test_the_compiler_of_the_environment_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.lib.stride_tricks import as_strided
 
 from tests.native.conftest import SAMPLES
 
@@ -54,19 +55,34 @@ REFUSED: dict[str, tuple[tuple[Any, ...], dict[str, Any], type[Exception], str]]
         ValueError,
         "fk: q has shape (5, 3), expected (3, N)",
     ),
-    "complex": ((np.zeros(3, complex),), {}, TypeError, "q is a ndarray of complex128, expected plain real numbers"),
-    "objects": ((np.array([1, None, 2]),), {}, TypeError, "q is a ndarray of object, expected plain real numbers"),
-    "text": ((["a", "b", "c"],), {}, TypeError, "q is a list of <U1, expected plain real numbers"),
-    "dates": ((np.zeros(3, "M8[s]"),), {}, TypeError, "q is a ndarray of datetime64[s], expected plain real numbers"),
+    "complex": (
+        (np.zeros(3, complex),),
+        {},
+        TypeError,
+        "q has entries of type complex128, expected plain real numbers",
+    ),
+    "objects": ((np.array([1, None, 2]),), {}, TypeError, "q has entries of type object, expected plain real numbers"),
+    "text": ((["a", "b", "c"],), {}, TypeError, "q has entries of type <U1, expected plain real numbers"),
+    "dates": (
+        (np.zeros(3, "M8[s]"),),
+        {},
+        TypeError,
+        "q has entries of type datetime64[s], expected plain real numbers",
+    ),
     "records": ((np.zeros(3, "f8,f8"),), {}, TypeError, "expected plain real numbers"),
-    "nothing": ((None,), {}, TypeError, "q is a NoneType of object, expected plain real numbers"),
-    "masked": ((np.ma.zeros(3),), {}, TypeError, "q is a MaskedArray of float64, expected plain real numbers"),
-    "ragged": (([[1, 2, 3], [4, 5]],), {}, ValueError, "inhomogeneous"),
+    "nothing": ((None,), {}, TypeError, "q has entries of type object, expected plain real numbers"),
+    "masked": ((np.ma.zeros(3),), {}, TypeError, "q is a masked array, expected plain real numbers"),
+    "ragged": (([[1, 2, 3], [4, 5]],), {}, ValueError, "fk: q holds lists of different lengths, expected an array"),
     "layout": ((Q,), {"layout": "4x3"}, ValueError, "fk: no layout '4x3' (there are ('4x4', '3x4', 'joint_major'))"),
     "negative threads": ((Q,), {"threads": -1}, ValueError, "threads is -1, expected 0 (all cores) or more"),
     "negative threads, one pose": ((Q[0],), {"threads": -2}, ValueError, "threads is -2"),
-    "half a thread": ((Q,), {"threads": 1.5}, TypeError, "float"),
-    "params of a robot without": ((Q,), {"params": (1.0,)}, TypeError, "params is of type tuple, expected none"),
+    "half a thread": ((Q,), {"threads": 1.5}, TypeError, "threads is 1.5, expected a whole number: 0 (all"),
+    "params of a robot without": (
+        (Q,),
+        {"params": (1.0,)},
+        TypeError,
+        "params is given, but the robot has no runtime parameters",
+    ),
     "out of another shape": (
         (Q,),
         {"out": np.empty((2, 3, 4))},
@@ -95,6 +111,78 @@ def test_what_cannot_be_is_refused_with_a_reason(chain: ModuleType, case: str) -
 def test_positions_have_no_3x4(chain: ModuleType) -> None:
     with pytest.raises(ValueError, match=re.escape("no layout '3x4' (there are ('4x4', 'joint_major'))")):
         chain.position(Q, layout="3x4")
+
+
+SPACE = np.zeros(1000)
+FOLDED: dict[str, tuple[Any, str]] = {
+    "one place for all": (as_strided(SPACE, (2, 4, 4), (0, 32, 8)), "4x4"),
+    "one place for a row": (as_strided(SPACE, (2, 4, 4), (128, 0, 8)), "4x4"),
+    "the next begins before the last has ended": (as_strided(SPACE, (2, 4, 4), (64, 32, 8)), "4x4"),
+    "backwards": (as_strided(SPACE[100:], (2, 4, 4), (-64, 32, 8)), "4x4"),
+    "less than an entry apart": (as_strided(SPACE, (2, 4, 4), (128, 32, 4)), "4x4"),
+    "without last rows": (as_strided(SPACE, (2, 3, 4), (64, 32, 8)), "3x4"),
+    "joint-major": (as_strided(SPACE, (12, 2), (8, 8)), "joint_major"),
+    "joint-major, one row": (as_strided(SPACE, (12, 2), (0, 8)), "joint_major"),
+}
+
+
+@pytest.mark.parametrize("case", FOLDED)
+def test_out_that_overlaps_itself_is_refused(chain: ModuleType, case: str) -> None:
+    out, layout = FOLDED[case]
+    q = Q.T.copy() if layout == "joint_major" else Q
+
+    with pytest.raises(ValueError, match="fk: out overlaps itself: several entries share memory"):
+        chain.fk(q, out=out, layout=layout)
+    with pytest.raises(ValueError, match="fk: out overlaps itself"):
+        chain.fk.bind(q, out, layout=layout)
+
+
+@pytest.mark.parametrize(
+    "out",
+    [
+        np.empty((2, 4, 4))[::-1],
+        np.empty((4, 4, 2)).T,
+        np.empty((2, 8, 8))[:, ::2, ::-2],
+        np.empty((2, 1, 4, 4))[:, 0],
+        np.empty((4, 2, 4)).swapaxes(0, 1),
+    ],
+    ids=["reversed", "Fortran", "every other", "one axis less", "swapped"],
+)
+def test_out_that_is_a_part_or_another_order_is_filled(chain: ModuleType, out: Any) -> None:
+    assert np.array_equal(chain.fk(Q, out=out), chain.fk(Q))
+
+
+AT_EXIT = """
+import atexit, sys, warnings
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+import chain
+
+q = np.linspace(-1, 1, 60_000).reshape(-1, 3)
+expected = chain.fk(q)
+
+class Late:
+    def __del__(self):
+        print("last", np.array_equal(chain.fk(q, threads=3), expected))
+
+late = Late()
+if sys.argv[2] == "used before":
+    chain.fk(q, threads=3)
+atexit.register(lambda: print("exit", np.array_equal(chain.fk(q, threads=3), expected)))
+"""
+
+
+@pytest.mark.parametrize("before", ["used before", "not used before"])
+def test_threads_may_be_asked_for_while_python_ends(before: str, tmp_path: Path, cache: Path) -> None:
+    """There are none any more, so the caller does all of the work."""
+    folder = SAMPLES["chain"].write(tmp_path, cache)
+
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", AT_EXIT, folder.parent, before], capture_output=True, text=True, check=True
+    )
+
+    assert done.stderr == ""
+    assert done.stdout.splitlines() == ["exit True", "last True"]
 
 
 @pytest.mark.parametrize("start", [0, 1, 15, 16, 40])
@@ -321,7 +409,7 @@ def test_arrays_in_files_and_read_only_ones_can_be_bound(chain: ModuleType, tmp_
 @pytest.mark.parametrize(
     ("q", "out", "error", "words"),
     [
-        (np.ma.zeros(3), np.empty((4, 4)), TypeError, "q is a MaskedArray"),
+        (np.ma.zeros(3), np.empty((4, 4)), TypeError, "q is a masked array"),
         ([1.0, 2.0, 3.0], np.empty((4, 4)), TypeError, "bind needs q as an array of float64 or float32"),
         (np.zeros(3, int), np.empty((4, 4)), TypeError, "bind needs q as an array of float64 or float32"),
         (np.zeros(3), np.empty((4, 3)), ValueError, "out has shape (4, 3)"),

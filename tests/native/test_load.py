@@ -19,6 +19,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.package import load_package
 from tests.native.conftest import SAMPLES, needs_compiler
 
+SEAL = b"\nkinegen sha256 "  # behind it is the digest of the library, which loading does not need
 Damage = Callable[[Path], object]
 pytestmark = needs_compiler
 
@@ -43,7 +44,10 @@ DAMAGES: dict[str, tuple[Damage, str]] = {
     "empty": (lambda path: cut(path, 0), "file too short"),
     "a few bytes": (lambda path: cut(path, 40), "the file is cut short"),
     "half": (lambda path: cut(path, path.stat().st_size // 2), "the file is cut short"),
-    "all but one byte": (lambda path: cut(path, path.stat().st_size - 1), "the file is cut short"),
+    "all but one byte": (
+        lambda path: cut(path, len(path.read_bytes().rpartition(SEAL)[0]) - 1),
+        "the file is cut short",
+    ),
     "text": (lambda path: path.write_text("no library " * 100), "invalid ELF header"),
     "another machine": (for_another_machine, "wrong ELF class|cannot open shared object|Exec format|wrong"),
     "a folder": (lambda path: (path.unlink(), path.mkdir()), "Is a directory"),
@@ -55,7 +59,9 @@ def test_a_damaged_extension_is_named_and_numpy_takes_over(folder: Path, damage:
     harm, words = DAMAGES[damage]
     harm(folder / EXTENSION)
 
-    with pytest.warns(RuntimeWarning, match=rf"chain: {EXTENSION} is not used, NumPy is: .*({words})") as caught:
+    with pytest.warns(
+        RuntimeWarning, match=rf"NumPy evaluates chain, .*: {EXTENSION} is not used: .*({words})"
+    ) as caught:
         module = load_package(folder)
 
     assert len(caught) == 1
@@ -93,7 +99,29 @@ def test_a_future_numpy_is_not_trusted(folder: Path, monkeypatch: pytest.MonkeyP
     assert module.backend == "numpy"
 
 
-def test_no_extension_is_no_matter(folder: Path) -> None:
+def started(folder: Path, code: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """What a new interpreter says that has the package on its path."""
+    code = f"import sys; sys.path.insert(0, sys.argv[1])\n{code}"
+    return subprocess.run(
+        [sys.executable, "-B", *options, "-c", code, folder.parent], capture_output=True, text=True, check=True
+    )
+
+
+def test_a_package_without_an_extension_says_so_once_and_what_to_do(folder: Path) -> None:
+    """As in a fresh clone, whose compiled files are not committed."""
+    (folder / EXTENSION).unlink()
+
+    done = started(folder, "import chain; import numpy; chain.fk(numpy.ones(3)); chain.fk(numpy.ones(3))")
+
+    (warning,) = [line for line in done.stderr.splitlines() if "Warning" in line]
+    assert warning.endswith(
+        "RuntimeWarning: NumPy evaluates chain, about 50 times slower than C: "
+        f"there is no {EXTENSION} here; `kinegen build` with a C compiler makes it"
+    )
+    assert "_engines.py" not in warning
+
+
+def test_what_kinegen_builds_without_a_compiler_is_loaded_without_a_word(folder: Path) -> None:
     (folder / EXTENSION).unlink()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -102,17 +130,25 @@ def test_no_extension_is_no_matter(folder: Path) -> None:
     assert module.backend == "numpy"
 
 
-def test_cffi_need_not_be_there(folder: Path) -> None:
-    """The package needs NumPy alone: without cffi's small library it says what is missing and goes on."""
-    code = (
-        "import sys; sys.modules['_cffi_backend'] = None; sys.path.insert(0, sys.argv[1])\n"
-        "import chain; print(chain.backend)"
+def test_without_cffi_and_ctypes_numpy_takes_over_and_the_remedy_is_named(folder: Path) -> None:
+    done = started(
+        folder, "sys.modules['_cffi_backend'] = sys.modules['ctypes'] = None; import chain; print(chain.backend)"
     )
-
-    done = subprocess.run([sys.executable, "-B", "-c", code, folder.parent], capture_output=True, text=True, check=True)
 
     assert done.stdout == "numpy\n"
     assert "_cffi_backend" in done.stderr
+    assert "(pip install cffi)" in done.stderr
+    assert "about 50 times slower" in done.stderr
+
+
+def test_a_foreign_extension_is_named_without_cffi_too(folder: Path, tmp_path: Path, cache: Path) -> None:
+    other = SAMPLES["tree"].write(tmp_path / "other", cache)
+    shutil.copy(other / EXTENSION, folder / EXTENSION)
+
+    done = started(folder, "sys.modules['_cffi_backend'] = None; import chain; print(chain.backend)")
+
+    assert done.stdout == "numpy\n"
+    assert "it was built from other sources" in done.stderr
 
 
 def test_a_package_can_be_moved_and_renamed(folder: Path, tmp_path: Path) -> None:

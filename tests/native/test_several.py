@@ -276,7 +276,12 @@ IN_REFUSED: dict[str, tuple[str, tuple[Any, ...], type[Exception], str]] = {
     "two for one": ("inverse_pose", (np.eye(4), Q), TypeError, "inverse_pose takes 1 array (a_T_b), 2 given"),
     "no pose": ("inverse_pose", (), TypeError, "inverse_pose takes 1 array (a_T_b), 0 given"),
     "second shape": ("moving", (Q, np.ones(4)), ValueError, "moving: qd has shape (4,), expected (..., 3)"),
-    "second type": ("moving", (Q, ["a", "b", "c"]), TypeError, "moving: qd is a list of <U1, expected plain real"),
+    "second type": (
+        "moving",
+        (Q, ["a", "b", "c"]),
+        TypeError,
+        "moving: qd has entries of type <U1, expected plain real",
+    ),
     "vector for a pose": ("inverse_pose", (np.ones(12),), ValueError, "a_T_b has shape (12,), expected (..., 4, 4)"),
     "3x4 for a pose": (
         "inverse_pose",

@@ -10,6 +10,7 @@ import pytest
 from kinegen.cli import main
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
+from kinegen.manifest import MANIFEST
 from tests.emit.emitted import ROOT
 from tests.packages.packages import project
 
@@ -22,8 +23,8 @@ def build(*options: str) -> None:
 
 
 def files(folder: Path) -> dict[str, str]:
-    """Every file below a folder, by path."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
+    """Every file below a folder but the list of them, by path."""
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path.name != MANIFEST)
     return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in paths}
 
 
@@ -86,7 +87,7 @@ def test_json_names_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str
     record = json.loads(capsys.readouterr().out)["builds"][0]
 
     assert {file["path"] for file in record["files"]} == {
-        str(tmp_path / "scara" / path) for path in project("scara", Ecosystem.CMAKE)
+        str(tmp_path / "scara" / path) for path in (*project("scara", Ecosystem.CMAKE), MANIFEST)
     }
 
 

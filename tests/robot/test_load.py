@@ -335,3 +335,11 @@ def test_an_odd_file_name_is_safe_to_print(tmp_path: Path) -> None:
     path.write_text(WHOLE, encoding="utf-8")
 
     assert load(path).source == r"a\nb\x1b.yaml"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+def test_utf_16_is_called_by_its_name(encoding: str) -> None:
+    mark = "" if encoding == "utf-16" else "\ufeff"
+
+    with pytest.raises(RobotFileError, match="this is UTF-16 text; save the file as UTF-8"):
+        loads((mark + "kinegen: 1\n").encode(encoding), "arm.yaml")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.builds.workshop import make, set_machine, write_robot
+from tests.builds.workshop import ARM, make, set_machine, write_robot
 
 
 @pytest.fixture(scope="session")
@@ -26,19 +26,17 @@ def _machine(cache_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Path:
-    """The output of an earlier build of the small arm; not to be written to."""
+def built_before(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Path:
+    """The output of a build of the small arm as it was, with another length; not to be written to."""
     with pytest.MonkeyPatch.context() as patch:
         set_machine(patch, cache_home)
-        folder = tmp_path_factory.mktemp("built")
-        make(write_robot(folder / "in"), folder / "out")
+        folder = tmp_path_factory.mktemp("built-before")
+        make(write_robot(folder / "in", ARM.replace("0.25", "0.125")), folder / "out")
     return folder / "out"
 
 
 @pytest.fixture
-def earlier(built: Path, tmp_path: Path) -> Path:
-    """A copy of that output, which the next build would change: an old extension, and one file that is edited."""
-    shutil.copytree(built, tmp_path / "out")
-    with (tmp_path / "out" / "arm" / "arm.c").open("a", encoding="utf-8") as file:
-        file.write("/* of an earlier build */\n")
+def earlier(built_before: Path, tmp_path: Path) -> Path:
+    """A copy of the output of an earlier build, which the next build would change."""
+    shutil.copytree(built_before, tmp_path / "out")
     return tmp_path / "out"

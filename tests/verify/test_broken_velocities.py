@@ -161,6 +161,7 @@ def test_the_right_formulas_pass(package: ModuleType) -> None:
     assert {comparison.target for comparison in proof.comparisons} == {
         "NumPy double",
         "NumPy double, other parameters",
+        "NumPy double, beyond limits",
         "NumPy double, 50 digits",
         "NumPy double, differences",
         "NumPy double, adjoint",
@@ -179,7 +180,7 @@ COMPILED = {
         "fk_jacobian",
         "emit_batch",
         first(r"store_rows\(results \+ 12", "store_rows(results + 11"),
-        "C double, batch",
+        "C double, batch joint_major",
     ),
     "a batch of points": (
         "transform_point",

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import math
+import os
+from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from kinegen.emit import files
-from kinegen.verify import remembered
+from kinegen.native.cache import Cache
 from tests.builds.workshop import ARM, make, write_robot
 
 
@@ -56,15 +63,114 @@ def test_another_byte_of_any_file_is_proved_anew(tmp_path: Path, monkeypatch: py
 
 
 def test_other_checks_prove_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remembered, "_checks", lambda: "stricter ones")
+    monkeypatch.setattr("kinegen.native.identity.program", lambda: "with stricter ones")
 
     assert not proved_before(tmp_path)
 
 
 def test_another_numpy_proves_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remembered.np, "__version__", "9.9")
+    honest = metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: "9.9" if name == "numpy" else honest(name))
 
     assert not proved_before(tmp_path)
+
+
+def test_a_library_that_does_not_say_its_version_proves_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = metadata.version
+
+    def version(name: str) -> str:
+        if name == "sympy":
+            raise metadata.PackageNotFoundError(name)
+        return honest(name)
+
+    monkeypatch.setattr(metadata, "version", version)
+
+    assert not proved_before(tmp_path)
+    assert not proved_before(tmp_path)
+
+
+def replace_records(cache: Path, change: Callable[[dict[str, Any]], object]) -> None:
+    """Alter the proofs that are kept, with right digests in front."""
+    for entry in (cache / "kinegen" / "extensions").iterdir():
+        record = json.loads(entry.read_bytes()[32:])
+        change(record)
+        content = json.dumps(record).encode()
+        entry.write_bytes(hashlib.sha256(content).digest() + content)
+
+
+CHANGES: dict[str, Callable[[dict[str, Any]], object]] = {
+    "an error above what is accepted": lambda kept: kept["proof"]["comparisons"][0].update(position_error=5.0),
+    "an error that is not a number": lambda kept: kept["proof"]["comparisons"][0].update(rotation_error=math.nan),
+    "nothing compared": lambda kept: kept["proof"].update(comparisons=[]),
+    "a field is missing": lambda kept: kept["proof"]["comparisons"][0].pop("worst"),
+    "a field more": lambda kept: kept["proof"]["comparisons"][0].update(luck=1),
+    "another type": lambda kept: kept["proof"].update(comparisons="many"),
+    "another quantity": lambda kept: kept["proof"]["comparisons"][0]["quantity"].update(kind="luck"),
+    "nothing in it": lambda kept: kept.clear(),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_record_that_is_not_a_proof_that_holds_is_proved_anew(change: str, tmp_path: Path, cache: Path) -> None:
+    replace_records(cache, CHANGES[change])
+
+    assert not proved_before(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"null", b"[]", b"{", b"\x80\x04N.", b"[" * 100_000])
+def test_a_record_of_another_shape_is_proved_anew(content: bytes, tmp_path: Path, cache: Path) -> None:
+    for entry in (cache / "kinegen" / "extensions").iterdir():
+        entry.write_bytes(hashlib.sha256(content).digest() + content)
+
+    assert not proved_before(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="owners and modes are of POSIX")
+@pytest.mark.parametrize("place", ["kinegen", "kinegen/extensions"])
+def test_a_folder_that_others_may_write_to_is_not_used(place: str, tmp_path: Path, cache: Path) -> None:
+    (cache / place).chmod(0o775)
+
+    assert Cache().refusal == (
+        f"the cache {cache / place} is not used, since other users may write to it; delete it, and it is made anew"
+    )
+    assert not proved_before(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="only root can give a folder away")
+def test_a_folder_or_an_entry_of_another_user_is_not_used(tmp_path: Path, cache: Path) -> None:
+    (entry,) = (cache / "kinegen" / "extensions").iterdir()
+    os.chown(entry, 65534, 65534)
+    assert not proved_before(tmp_path)
+
+    os.chown(cache / "kinegen", 65534, 65534)
+    assert "is not used, since it belongs to another user" in Cache().refusal
+    assert not proved_before(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes are of POSIX")
+def test_a_new_cache_is_for_its_user_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "deep" / "fresh"))
+    before = os.umask(0)
+    try:
+        Cache().save("key", b"content")
+    finally:
+        os.umask(before)
+
+    for place in ("", "kinegen", "kinegen/extensions", "kinegen/extensions/key"):
+        assert not (tmp_path / "deep" / "fresh" / place).stat().st_mode & 0o077
+    assert Cache().load("key") == b"content"
+
+
+@pytest.mark.parametrize("home", ["", "none"])
+def test_without_a_home_folder_nothing_is_kept(home: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", home and str(tmp_path / home))
+
+    Cache().save("key", b"content")
+
+    assert Cache().folder is None
+    assert Cache().load("key") is None
+    assert not (tmp_path / "none").exists()
 
 
 def test_a_damaged_entry_is_proved_anew(tmp_path: Path, cache: Path) -> None:

@@ -1,49 +1,152 @@
-"""What a proof accepts, and why it is more for joints that turn more than once."""
+"""What a proof accepts follows the robot and the inputs: no right kernel is refused, and a wrong one is."""
 
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kinegen.build import build
-from kinegen.results import BuildOptions
+from kinegen.outputs import Array, Quantity, parse_quantity
+from kinegen.results import BuildOptions, BuildResult
+from kinegen.robot.extent import reach
 from kinegen.robot.load import load, loads
-from kinegen.verify.tolerances import TOLERANCES, UNITS, accepted_error
+from kinegen.robot.model import Robot
+from kinegen.verify.expectation import Expectation, expect
+from kinegen.verify.known import Known
+from kinegen.verify.rounding import rounded_trials
+from kinegen.verify.samples import input_samples, proof_samples
+from kinegen.verify.tolerances import accepted, accepted_error, number_type, program_of
 
-ROBOTS = sorted((Path(__file__).parents[2] / "robots").glob("*.yaml"))
+ROBOTS = Path(__file__).parents[2] / "robots"
+PUMA = load(ROBOTS / "puma560.yaml")
 
-SCARA = """
-kinegen: 1
-name: scara4
-convention: standard
-units: {length: m, angle: deg}
-joints:
-  - {name: j1, theta: q, d: 0.3, a: 0.4, alpha: 0, limits: [-170, 170]}
-  - {name: j2, theta: q, d: 0, a: 0.3, alpha: 180, limits: [-150, 150]}
-  - {name: j3, theta: 0, d: q, a: 0, alpha: 0, limits: [0, 0.2]}
-  - {name: j4, theta: q, d: 0, a: 0, alpha: 0, limits: [-3600, 3600]}
-"""
+HEAD = "kinegen: 1\nname: {}\nconvention: standard\nunits: {{length: {}, angle: deg}}\njoints:\n"
 
-
-@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
-def test_robots_whose_joints_stay_within_a_turn_are_held_to_the_plain_tolerances(path: Path) -> None:
-    robot = load(path)
-
-    assert accepted_error(robot, "double") == TOLERANCES.double
-    assert accepted_error(robot, "float") == TOLERANCES.float
+SCARA = HEAD.format("scara4", "m") + (
+    "  - {name: j1, theta: q, d: 0.3, a: 0.4, alpha: 0, limits: [-170, 170]}\n"
+    "  - {name: j2, theta: q, d: 0, a: 0.3, alpha: 180, limits: [-150, 150]}\n"
+    "  - {name: j3, theta: 0, d: q, a: 0, alpha: 0, limits: [0, 0.2]}\n"
+    "  - {name: j4, theta: q, d: 0, a: 0, alpha: 0, limits: [-3600, 3600]}\n"
+)
 
 
-def test_ten_turns_add_the_rounding_of_their_sums_with_the_other_joints() -> None:
-    robot = loads(SCARA, "scara4.yaml")
+def chain(joints: int, limit: str, length: str, unit: str) -> str:
+    """Parallel joints, of which all angles are summed."""
+    limits = f", limits: [-{limit}, {limit}]" if limit else ""
+    rows = [f"  - {{name: j{i}, theta: q, d: 0, a: {length}, alpha: 0{limits}}}\n" for i in range(1, joints + 1)]
+    return HEAD.format("chain", unit) + "".join(rows)
 
-    assert accepted_error(robot, "float") == TOLERANCES.float + UNITS["float"] * 20 * math.pi * 2
+
+def built(tmp_path: Path, text: str, *outputs: str) -> BuildResult:
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    quantities = tuple(map(parse_quantity, outputs or ("pose", "position")))
+    return build(path, BuildOptions(output=tmp_path, quantities=quantities, compile=False), lambda _: None)
+
+
+CHAINS = [
+    (1, "", "0.1", "m"),
+    (5, "", "0.000001", "m"),
+    (6, "360", "0.1", "m"),
+    (9, "", "100", "mm"),
+    (12, "120", "0.1", "m"),
+    (12, "720", "1000", "m"),
+    (16, "36000", "0.001", "mm"),
+    (32, "", "1000000", "mm"),
+    (64, "", "0.1", "m"),
+    (64, "36000", "0.1", "m"),
+]
+
+
+@pytest.mark.parametrize(("joints", "limit", "length", "unit"), CHAINS)
+def test_sums_of_any_size_are_accepted_in_both_number_types(
+    joints: int, limit: str, length: str, unit: str, tmp_path: Path
+) -> None:
+    result = built(tmp_path, chain(joints, limit, length, unit))
+
+    assert result.proof.holds
+    assert {"NumPy double", "NumPy float"} <= {comparison.target for comparison in result.proof.comparisons}
 
 
 def test_a_joint_of_many_turns_parallel_to_others_builds(tmp_path: Path) -> None:
-    path = tmp_path / "scara4.yaml"
-    path.write_text(SCARA, encoding="utf-8")
-    result = build(path, BuildOptions(output=tmp_path, compile=False), lambda _: None)
+    assert built(tmp_path, SCARA, "pose", "jacobian").proof.holds
 
-    assert result.proof.holds
+
+def test_angles_beyond_what_float_takes_the_sine_of_are_one_note(tmp_path: Path) -> None:
+    """64 joints of a hundred turns add up to 40,000 rad, and the float kernels return NaN from 12,000 rad on."""
+    notes = [note for note in built(tmp_path, chain(64, "36000", "0.1", "m")).notes if "12000 rad" in note]
+
+    assert len(notes) == 1
+    assert "use the double kernels" in notes[0]
+
+
+def limits_of(robot: Robot, name: str, real: str) -> tuple[Expectation, float, float]:
+    """An expectation, and the largest limits of lengths and of all other entries beside their scales."""
+    quantity = parse_quantity(name)
+    arrays = [Array("q", (robot.dof,)), Array("qd", (robot.dof,)), Array("qdd", (robot.dof,))]
+    expectation = expect(Known(robot, input_samples(robot, arrays, proof_samples(robot)[::50])), quantity)
+    limits = accepted(expectation, program_of(robot, quantity), number_type(real))
+    worst = [max(float(split[part].max(initial=0)) for frames in limits for split in frames) for part in (0, 1)]
+    return expectation, worst[0] / expectation.length_scale, worst[1] / expectation.number_scale
+
+
+@pytest.mark.parametrize("name", ["pose", "jacobian", "hessian", "twist", "acceleration", "quaternion_wxyz", "rpy_zyx"])
+@pytest.mark.parametrize(("real", "unit"), [("double", 2.0**-53), ("float", 2.0**-24)])
+def test_an_arm_is_held_to_some_hundred_units_at_most(name: str, real: str, unit: float) -> None:
+    _, length, number = limits_of(PUMA, name, real)
+
+    assert length < 50 * unit
+    assert number < 300 * unit
+
+
+def test_the_limit_of_a_pose_is_what_is_proven_of_it() -> None:
+    """The header of the PUMA 560 states 3.7e-7 m at most; per unit of its reach that is less."""
+    expectation, length, _ = limits_of(PUMA, "pose", "float")
+
+    assert length * expectation.length_scale <= 3.7e-7
+
+
+def test_a_wrong_program_does_not_widen_its_own_limit() -> None:
+    """The spread is measured from the program itself, and not from the reference."""
+    expectation, *_ = limits_of(PUMA, "rpy_zyx", "double")
+    wrong = program_of(PUMA, parse_quantity("rpy_xyz"))
+    limits = accepted(expectation, wrong, number_type("double"))
+    (_, numbers), *_ = limits[0]
+
+    assert np.median(numbers) < 1e-13
+
+
+def test_trials_differ_by_rounding_and_no_more() -> None:
+    q = proof_samples(PUMA)[-100:]
+    plain, *others = rounded_trials(program_of(PUMA, Quantity.POSE), q, {}, number_type("float"), 1)
+    apart = np.abs(np.array(others) - plain).max(axis=0)
+
+    assert 1e-8 < np.median(apart[apart > 0]) < 1e-6
+    assert apart.max() < 3e-6
+
+
+def test_trials_round_constants_that_the_type_does_not_hold() -> None:
+    arm = loads(chain(1, "", "0.1", "m"), "chain")
+    plain, *others = rounded_trials(program_of(arm, Quantity.POSITION), np.zeros((1, 1)), {}, number_type("float"), 1)
+    moved = {abs(float(Fraction(float(other[0, 0])) - Fraction(float(plain[0, 0])))) for other in others}
+
+    assert max(moved) > 0.1 * 2.0**-24 / 2
+
+
+@pytest.mark.parametrize("path", sorted(ROBOTS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_poses_are_accepted_as_far_as_is_proven(path: Path) -> None:
+    robot = load(path)
+
+    assert 3e-15 < accepted_error(robot, "double") < 2e-13
+    assert 2e-6 < accepted_error(robot, "float") < 1e-4
+
+
+def test_ten_turns_beside_other_joints_widen_it() -> None:
+    robot = loads(SCARA, "scara4.yaml")
+
+    assert accepted_error(robot, "float") > 2.0**-24 * 20 * math.pi
+    assert reach(robot) == pytest.approx(1.2)

@@ -15,9 +15,10 @@ from kinegen.outputs import Kind, Quantity
 from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
+from kinegen.workspace.options import SurveyOptions
 from kinegen.workspace.ranges import joint_ranges
 from kinegen.workspace.sample import FloatArray
-from kinegen.workspace.survey import SurveyOptions, Workspace, survey
+from kinegen.workspace.survey import Workspace, survey
 from kinegen.workspace.tip import Tip, find_tip
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
@@ -52,6 +53,11 @@ BOX = """\
 RING = TWO_LINKS + "  - {name: stroke, ets: [Tz(q)], limits: [0.1, 0.7]}\n"
 CIRCLE = "  - {name: turn, theta: q, d: 0.2, a: 0.5, alpha: 0}\n"
 LINE = "  - {name: slide, ets: [Tx(q)], limits: [0.3, 1]}\n"
+CLIMB = """\
+  - {name: turn, theta: q, d: 0, a: 0.3, alpha: 0}
+  - {name: climb, ets: [Tz(0.1*turn)]}
+"""
+RING_WITH_ROLL = RING + "  - {name: roll, ets: [Rz(q)]}\n"
 POINT = "  - {name: spin, ets: [Rz(q), Tz(0.4)]}\n"
 
 

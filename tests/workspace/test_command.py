@@ -61,7 +61,7 @@ def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[17].startswith("  area 1.88")
     assert lines[17].endswith(" m², in the plane of x and y")
     assert lines[18:] == [
-        "  more likely low than high, as voxels that no pose hit are missing; the finer line tells what size does",
+        "  probably an underestimate: voxels that no sample hit are not counted; compare the finer grid",
         "  dexterous part: none, since the tip cannot turn about one line while it stands still",
     ]
 
@@ -158,16 +158,61 @@ def test_a_tip_of_a_tree(capsys: pytest.CaptureFixture[str]) -> None:
     assert f"workspace of {tip}\n" in capsys.readouterr().out
 
 
+def test_a_screw_without_limits_is_searched_within_a_turn(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workspace", str(arms.ROBOTS / "screw.yaml"), "--samples", "2000"]) == 0
+    said = capsys.readouterr().out
+
+    assert "  z              -0.002500  0.002500  m\n" in said
+    assert "inf" not in said
+
+
+def test_a_slide_that_follows_an_endless_joint_stays_within_a_turn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "climb.yaml"
+    path.write_text(arms.HEAD + arms.CLIMB, encoding="utf-8")
+
+    assert main(["workspace", str(path), "--samples", "2000", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["extremes"]["z"] == [pytest.approx(-0.1 * pi), pytest.approx(0.1 * pi)]
+
+
+@pytest.mark.parametrize(
+    ("tip", "low", "high"),
+    [("wrist_centre", 346.1, 878.1), ("wrist_bend", 346.1, 878.1), ("elbow", 437.7, 476.1), ("tool", 291.2, 934.3)],
+)
+def test_links_and_the_wrist_centre_are_tips(
+    tip: str, low: float, high: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = str(arms.ROBOTS / "puma560_mm.yaml")
+
+    assert main(["workspace", robot, "--samples", "1e4", "--tip", tip, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert found["tip"] == {"wrist_centre": "forearm"}.get(tip, tip)
+    assert found["extremes"]["base"] == [pytest.approx(low, abs=1), pytest.approx(high, abs=1)]
+
+
+def test_volumes_of_a_file_in_mm_are_in_cubic_metres(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workspace", str(arms.ROBOTS / "puma560_mm.yaml"), "--samples", "1e5"]) == 0
+    said = capsys.readouterr().out
+
+    assert "\n  volume 3." in said
+    assert "mm³" not in said
+    assert " m³\n" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--tip", "nose"], "error: unknown tip 'nose' (expected tool)"),
+        (["--tip", "nose"], "error: unknown tip 'nose' (expected shoulder, elbow, tool, wrist_centre)"),
         (["--slices", "a.jpg"], "error: a.jpg: slices are written as .png or .svg, expected a name that ends so"),
         (["--cloud", "a.csv"], "error: a.csv: clouds are written as .npz or .parquet, expected a name that ends so"),
         (["--voxel", "1e-7"], "are too small for a region of 1.6 m: expected "),
         (["--voxel", "20"], "error: voxels of 20 m are too large for a region of 1.6 m: expected 0.16 m or less"),
-        (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none: "),
-        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null: "),
+        (["--tip", "wrist_centre"], "arm has no frame where the axes of its last three joints meet"),
+        (["--samples", "1e4", "--slices", "a.svg", "--plane", "y=0"], "stays in one plane, which is drawn as a whole"),
+        (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none/a.svg: "),
+        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null/a.npz: "),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(
@@ -184,10 +229,14 @@ def test_what_cannot_be_done_is_said_in_a_line(
         (["--samples", "1.5"], "1.5 is not a whole number from 1 to 1e11"),
         (["--samples", "nan"], "nan is not a whole number from 1 to 1e11"),
         (["--samples", "many"], "'many' is not a number"),
-        (["--voxel", "0"], "0 is no length of a voxel (expected more than 0)"),
-        (["--voxel", "-1"], "-1 is no length of a voxel (expected more than 0)"),
-        (["--voxel", "nan"], "nan is no length of a voxel (expected more than 0)"),
-        (["--voxel", "inf"], "inf is no length of a voxel (expected more than 0)"),
+        (["--plane", "y=0"], "--plane chooses what --slices draws; name its file with --slices"),
+        (["--plane", "0"], "'0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
+        (["--plane", "xy=0"], "'xy=0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
+        (["--plane", "y=inf"], "'y=inf' is not a plane (expected a finite number)"),
+        (["--voxel", "0"], "0 is not a length of a voxel (expected more than 0)"),
+        (["--voxel", "-1"], "-1 is not a length of a voxel (expected more than 0)"),
+        (["--voxel", "nan"], "nan is not a length of a voxel (expected more than 0)"),
+        (["--voxel", "inf"], "inf is not a length of a voxel (expected more than 0)"),
     ],
 )
 def test_numbers_that_make_no_sense(

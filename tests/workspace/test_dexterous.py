@@ -101,6 +101,19 @@ def test_an_inverse_that_reaches_all_makes_all_of_it_dexterous() -> None:
     assert np.abs(R.mean(axis=0)).max() < 0.05
 
 
+@pytest.mark.parametrize("voxel", [None, 0.05, 0.13])
+def test_a_part_that_is_the_whole_measures_the_whole(voxel: float | None) -> None:
+    """A SCARA with a roll turns its tool every way about the vertical, wherever it gets to."""
+    workspace, robot = arms.surveyed(arms.RING_WITH_ROLL, voxel=voxel), arms.robot(arms.RING_WITH_ROLL)
+    inverse = find_inverse(arms.kernels(arms.RING_WITH_ROLL, Kind.INVERSE), joint_ranges(robot))
+
+    found = dexterous_part(workspace, find_turning(robot, workspace), inverse)
+
+    assert found.share == pytest.approx(1)
+    assert found.share <= 1
+    assert found.measure == found.share * arms.measured(workspace)
+
+
 def test_an_arm_that_cannot_turn_has_none_to_measure() -> None:
     workspace = arms.surveyed(arms.TWO_LINKS)
     turning = find_turning(arms.robot(arms.TWO_LINKS), workspace)

@@ -11,11 +11,14 @@ from math import pi
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from numpy.typing import NDArray
 from pyarrow import parquet
 
 from kinegen import reference
 from kinegen.errors import KinegenError
 from kinegen.workspace.cloud import pack
+from kinegen.workspace.layer import fill_layer
+from kinegen.workspace.options import Plane
 from kinegen.workspace.ranges import joint_ranges
 from kinegen.workspace.slices import draw, make_slices
 from kinegen.workspace.survey import Workspace
@@ -42,6 +45,44 @@ def test_slices_of_a_shell_are_annuli() -> None:
         assert each.at == pytest.approx(0, abs=each.size) or each.across + each.up == 1
 
 
+def test_planes_are_chosen() -> None:
+    """A shell cut 0.3 m off its middle: an annulus between the roots of 0.5² - 0.3² and 1 - 0.3²."""
+    first, second = make_slices(arms.surveyed(arms.SHELL, 1_000_000), (Plane(1, 0.3), Plane(2, 0.0)))
+
+    assert [(each.across, each.up, each.at) for each in (first, second)] == [(0, 2, 0.3), (0, 1, 0.0)]
+    assert Voxels(first.size, first.corner, first.reached).measure == pytest.approx(pi * (1 - 0.5**2), rel=0.05)
+    assert not first.reached[tuple(((np.zeros(2) - first.corner) // first.size).astype(int))]
+    assert "y = 0.3 m" in texts(draw(arms.surveyed(arms.SHELL, 1_000_000), ".svg", (Plane(1, 0.3),)))
+
+
+def test_upright_planes_go_through_the_first_axis() -> None:
+    assert [each.at for each in make_slices(arms.surveyed("iiwa14"))[1:]] == [0.0, 0.0]
+
+
+def test_a_plane_beside_the_region_is_refused() -> None:
+    with pytest.raises(KinegenError, match="the plane z = 2 m misses the region, which goes from z = -1 to 1 m"):
+        make_slices(arms.surveyed(arms.SHELL), (Plane(2, 2.0),))
+
+
+def test_a_layer_has_no_holes_where_samples_left_some() -> None:
+    """Seven joints: samples leave free voxels inside the outline, and the search of the layer fills them."""
+    workspace = arms.surveyed("iiwa14", 1_000_000, 0.025)
+    assert workspace.tally
+    place = int(-workspace.tally.halves.corner[1] // workspace.tally.halves.size)
+    sampled, filled = np.take(workspace.tally.halves.hit, place, 1), fill_layer(workspace, 1, place)
+
+    assert (filled | ~sampled).all()
+    assert holes(sampled) > 20
+    assert holes(filled) == 0
+
+
+def holes(cells: NDArray[np.bool_]) -> int:
+    """How many free cells have four neighbours that are reached."""
+    wide = np.pad(cells, 1)
+    beside = wide[:-2, 1:-1] & wide[2:, 1:-1] & wide[1:-1, :-2] & wide[1:-1, 2:]
+    return int((~cells & beside).sum())
+
+
 def test_a_planar_arm_has_one_picture_and_no_shadow() -> None:
     (only,) = make_slices(arms.surveyed(arms.TWO_LINKS))
 
@@ -65,9 +106,10 @@ def test_a_png_shows_the_annulus_round() -> None:
 def test_an_svg_says_what_it_shows() -> None:
     words = texts(draw(arms.surveyed(arms.SHELL), ".svg"))
 
-    assert {"x [m]", "y [m]", "z [m]", "reached in this plane", "base", "Workspace of arm, tool"} <= words
+    assert {"x [m]", "y [m]", "z [m]", "base", "Workspace of arm, tool"} <= words
     assert any(word.startswith("volume 3.") for word in words)
     assert any(word.startswith("z = ") for word in words)
+    assert any(re.fullmatch(r"reached in a layer of [\d.]+ m at this plane", word) for word in words)
 
 
 def test_a_slanting_plane_says_where_its_axes_lie() -> None:

@@ -10,8 +10,10 @@ from hypothesis import given, settings
 
 from kinegen.errors import KinegenError
 from kinegen.robot.model import Robot
+from kinegen.workspace.options import MOST_SAMPLES, SurveyOptions
 from kinegen.workspace.ranges import joint_ranges
-from kinegen.workspace.survey import SurveyOptions, survey
+from kinegen.workspace.survey import survey
+from kinegen.workspace.voxels import Voxels
 from tests.chains import robots
 from tests.workspace import arms
 
@@ -157,3 +159,21 @@ def test_voxels_that_make_no_sense_are_refused(voxel: float, message: str) -> No
 def test_values_beyond_the_kernel_are_refused() -> None:
     with pytest.raises(KinegenError, match="expected limits of a few turns"):
         arms.surveyed(arms.CIRCLE.replace("a: 0.5", "limits: [0, 1e13], a: 0.5"))
+
+
+@pytest.mark.parametrize("samples", [0, -1, MOST_SAMPLES + 1])
+def test_samples_beyond_what_the_sequence_holds_are_refused(samples: int) -> None:
+    with pytest.raises(KinegenError, match=r"samples \(expected 1 to 1e11\)"):
+        SurveyOptions(samples)
+
+
+def test_the_default_voxel_is_one_that_the_samples_fill() -> None:
+    """As fine as a twentieth of the box and finer, and hardly one of the inner voxels is missing."""
+    tally = arms.surveyed(arms.SHELL, 1_000_000).tally
+    assert tally
+    inner = Voxels(tally.voxels.size, tally.voxels.corner, tally.voxels.hit)
+    radius = np.linalg.norm(inner.corner + (np.argwhere(np.ones_like(inner.hit)) + 0.5) * inner.size, axis=1)
+    within = (radius > 0.5 + inner.size) & (radius < 1 - inner.size)
+
+    assert inner.size <= 2 / 40
+    assert inner.hit.reshape(-1)[within].mean() > 0.9999

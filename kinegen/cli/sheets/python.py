@@ -6,13 +6,13 @@ import re
 
 from kinegen.cli.sheets import words
 from kinegen.naming import docstring_text
-from kinegen.robot.expressions import Arithmetic, evaluate
+from kinegen.robot.expressions import evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Robot
 from kinegen.symbolic.notation import NOTATIONS, entry_texts
 from kinegen.symbolic.sheet import Product, Sheet
 from kinegen.symbolic.textbook import ClosedForm, printed_name
 
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _PYTHON = NOTATIONS["python"]
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
@@ -89,7 +89,7 @@ def _parameters(robot: Robot, forms: tuple[ClosedForm, ...]) -> tuple[tuple[str,
     for parameter in robot.parameters:
         name = _PYTHON.symbol(printed_name(parameter.name), "parameter")
         if name in used:
-            found.append((name, repr(evaluate(parameter.value, {}, _FLOATS))))
+            found.append((name, repr(evaluate(parameter.value, {}, FLOATS))))
     return tuple(found)
 
 

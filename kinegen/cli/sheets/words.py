@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinegen.robot.model import BASE, Convention, JointType, Robot
+from kinegen.robot.model import Convention, JointType, Robot
 from kinegen.symbolic.sheet import Sheet
 from kinegen.symbolic.table import TableRow
 
@@ -49,7 +49,7 @@ def index(column: str, sheet: Sheet) -> str:
 
 def has_parents(robot: Robot) -> bool:
     """Whether a row follows another one than that above it."""
-    above = [BASE, *(row.name for row in robot.rows)]
+    above = [robot.root, *(row.name for row in robot.rows)]
     return any(row.parent != name for row, name in zip(robot.rows, above, strict=False))
 
 

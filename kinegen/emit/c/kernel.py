@@ -31,12 +31,14 @@ from kinegen.emit.functions import (
 )
 from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
+from kinegen.emit.limits import limit_literals
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Array, Kind
+from kinegen.robot.model import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +96,9 @@ class KernelContext:
     defaults: tuple[tuple[str, str], ...]
     promises: tuple[str, ...]
     functions: tuple[Function, ...]
+    limits: tuple[tuple[str, str], ...]
+    limit_names: tuple[str, str]
+    dof: str
     accuracy: tuple[str, ...]
     sincos: Sincos | None
     sincos_macro: str
@@ -145,6 +150,9 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         promises=tuple(_promises(kernels, real)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        limits=limit_literals(robot, real),
+        limit_names=limit_names(robot, real),
+        dof=macro(robot.name, "DOF"),
         accuracy=accuracy_lines(kernels, source),
         sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
         sincos_macro=sincos_macro(robot.name, real),
@@ -153,6 +161,12 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         routine_lines=routine_lines(used_routines(kernels.programs, real)),
         needs_bits=needs_bits(kernels.programs, real),
     )
+
+
+def limit_names(robot: Robot, real: Real) -> tuple[str, str]:
+    """The names of the arrays of lower and of upper limits."""
+    stem = prefix(robot.name, real)
+    return macro(stem, "LIMITS_LOW"), macro(stem, "LIMITS_HIGH")
 
 
 def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
@@ -212,7 +226,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     return Function(
         name=name,
         heading=tuple(textwrap.wrap(brief(program.signature), LINE, break_on_hyphens=False)),
-        notes=_notes(kernels, program),
+        notes=_notes(kernels, program, real),
         operations=tuple(textwrap.wrap(f"Costs {operation_line(program)}.", LINE)),
         errors=error_lines(kernels, program, real),
         prototype=prototype,
@@ -235,9 +249,9 @@ def _sincos_lines(pair: Sincos, name: str, source: str) -> tuple[str, ...]:
     return tuple(line.replace("~", " ") for line in lines)
 
 
-def _notes(kernels: Kernels, program: Program) -> tuple[str, ...]:
+def _notes(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
     branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
-    return () if branches is None else branch_lines(branches, LINE)
+    return () if branches is None else branch_lines(branches, LINE, (real,))
 
 
 def _shape(kernels: Kernels, program: Program, array: Array) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.environment import environment
-from kinegen.emit.functions import ROUTINES, Routine
+from kinegen.emit.functions import LINE, ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Operator
@@ -22,6 +23,15 @@ TOLERANCES = {Real.DOUBLE: Fraction(1, 10**9), Real.FLOAT: Fraction(1, 10**5)}
 
 MOST_RESTARTS = 16
 """From this restart on the number of random joint vectors stays the same."""
+
+DEFAULT_RESTARTS = 10
+"""Restarts of the default search."""
+
+ITERATIONS = 60
+"""Steps of one descent at most."""
+
+RIGID = {Real.DOUBLE: Fraction(3, 10**6), Real.FLOAT: Fraction(3, 10**4)}
+"""How far the columns of a target may be from those of a rotation: the root of the sum of all squares."""
 
 _SAMPLES = 20
 _PI = Fraction(3.141592653589793)
@@ -70,6 +80,10 @@ class SolverContext:
     huge: str
     most_restarts: int
     most_samples: int
+    iterations: int
+    rigid: str
+    farthest: str
+    costs: tuple[str, ...]
 
 
 def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -141,6 +155,10 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         huge=real.literal(Fraction(10**30)),
         most_restarts=MOST_RESTARTS,
         most_samples=_SAMPLES * MOST_RESTARTS**2,
+        iterations=ITERATIONS,
+        rigid=real.literal(RIGID[real] ** 2),
+        farthest=real.literal(Fraction(10**15)),
+        costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(RIGID[real]):.0e}"),
     )
 
 
@@ -163,6 +181,26 @@ def tolerances(robot: Robot, real: Real) -> tuple[Fraction, Fraction]:
     """What is accepted by default: a position error in the file's length unit, one digit; a rotation error in rad."""
     position = TOLERANCES[real] * Fraction(reach(robot, robot.tips))
     return Fraction(f"{float(position):.0e}"), TOLERANCES[real]
+
+
+def worst_cost(restarts: int) -> int:
+    """How often a call evaluates the kernel at most: once for each step, and once for each random joint vector."""
+    samples = (_SAMPLES * min(restart, MOST_RESTARTS) ** 2 for restart in range(1, restarts + 1))
+    return ITERATIONS * (restarts + 1) + sum(samples)
+
+
+def _cost_lines(kernel: str, rigid: str) -> tuple[str, ...]:
+    """What a call costs at most, as lines of a comment."""
+    worst = ", ".join(f"{worst_cost(restarts):,} for {restarts}" for restarts in (0, 1, DEFAULT_RESTARTS))
+    text = (
+        f"Worst case: nearly all of the time goes into evaluations of {kernel}, one for each step and one for each "
+        f"random joint vector. There are at most {ITERATIONS} steps a descent, and before restart r {_SAMPLES} r^2 "
+        f"joint vectors ({_SAMPLES * MOST_RESTARTS**2:,} at most). A target out of reach takes all of them: {worst} "
+        "restarts. The member budget of a search bounds the evaluations of a call, whatever its restarts, and steps "
+        "those of a descent. A target that is not a pose takes none: one that is not finite, or whose columns of the "
+        f"rotation miss being orthonormal and right-handed by {rigid} or more, as the root of a sum of squares."
+    )
+    return tuple(textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False))
 
 
 def _array(items: Iterable[str]) -> str:

@@ -47,7 +47,8 @@ class CPrinter:
                 return self.variables[index]
             case RuntimeParameter(name):
                 return f"params->{name}"
-            case Constant(value):
+            case Constant():
+                value = operand.of(self.real is Real.FLOAT)
                 literal = self.real.literal(value)
                 return f"({literal})" if value < 0 else literal
             case Temporary(name):

@@ -117,7 +117,7 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         sentence=sentence,
         markdown=_markdown_text(sentence),
         json_name=json.dumps(robot.name),
-        json_sentence=json.dumps(sentence),
+        json_sentence=json.dumps(sentence, ensure_ascii=False),  # YAML knows no pairs of surrogates
         length=robot.units.length,
         joints=joint_lines(robot),
         subject=about,

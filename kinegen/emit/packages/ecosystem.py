@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 from kinegen.emit.reals import Real
+from kinegen.older import StrEnum
 
 
 class Ecosystem(StrEnum):

@@ -41,6 +41,7 @@ class Formula:
         results: Lines of the returned tuple.
         unused: Arguments that the body does not read.
         reads_parameters: Whether it reads runtime parameters.
+        asks_type: Whether a tolerance in it depends on the number type.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Formula:
     results: tuple[str, ...]
     unused: tuple[str, ...]
     reads_parameters: bool
+    asks_type: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,7 @@ def _formula(program: Program, parameters: bool) -> Formula:
         results=results,
         unused=tuple(unused),
         reads_parameters=reads_parameters,
+        asks_type=" if single else " in text,
     )
 
 
@@ -153,8 +156,9 @@ class _Printer:
                 return self.variables[index]
             case RuntimeParameter(name):
                 return f"params.{python_identifier(name)}"
-            case Constant(value):
-                return Real.DOUBLE.literal(value)
+            case Constant():
+                double, single = (Real.DOUBLE.literal(operand.of(kind)) for kind in (False, True))
+                return double if operand.single is None else f"({single} if single else {double})"
             case Temporary(name):
                 return name
             case _:

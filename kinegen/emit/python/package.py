@@ -6,6 +6,7 @@ import math
 import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
+from fractions import Fraction
 from importlib import resources
 
 from kinegen.emit.actuators import actuator_lines, actuator_names, actuator_units, has_actuators
@@ -14,26 +15,27 @@ from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import Branches, branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
+from kinegen.emit.limits import joint_limits
+from kinegen.emit.python.example import example
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Kind
 from kinegen.robot.actuators_extent import reading_ranges
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import JointType
+from kinegen.robot.model import JointType, Robot
 
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py", "_threads.py")
+RUNTIME = ("_kernel.py", "_engines.py", "_plain.py", "_quick.py", "_threads.py", "_limits.py")
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"
 """What is copied besides where there are Jacobians."""
 
-NUMERIC = ("_numeric_inverse.py", "_targets.py")
+NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
 """What is copied besides for the search for joint values."""
 
 ACTUATORS = "_actuators.py"
@@ -42,7 +44,6 @@ ACTUATORS = "_actuators.py"
 INVERSE = ("_inverse.py", "_targets.py")
 """What is copied besides where there is a closed-form inverse."""
 
-_FLOATS = Arithmetic(number=float, pi=3.141592653589793, functions={"sqrt": lambda value: float(value) ** 0.5})
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
 
 
@@ -104,6 +105,7 @@ class PackageContext:
     joints: tuple[str, ...]
     joint_names: tuple[str, ...]
     limits: tuple[str, ...]
+    single_limits: tuple[str, ...]
     actuators: tuple[tuple[str, str, str], ...]
     actuator_lines: tuple[str, ...]
     frames: tuple[str, ...]
@@ -145,7 +147,8 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         dof=robot.dof,
         joints=joint_lines(robot),
         joint_names=_quoted(variable.name for variable in robot.variables),
-        limits=tuple(_limits(variable.limits) for variable in robot.variables),
+        limits=_limits(robot, Real.DOUBLE),
+        single_limits=_limits(robot, Real.FLOAT),
         actuators=_actuators(kernels),
         actuator_lines=actuator_lines(kernels),
         frames=_quoted(robot.frame_names) if has_frames else (),
@@ -156,7 +159,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
             (python_identifier(parameter.name), Real.DOUBLE.literal(value))
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
-        example=_example(robot.name, kernels.programs[0]),
+        example=example(kernels),
         kernels=functions,
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
         plain=any("[" in function.wrapper for function in functions),
@@ -185,7 +188,7 @@ def _exported(
     kernels: Kernels, functions: tuple[PublicKernel, ...], has_frames: bool, has_jacobians: bool
 ) -> tuple[str, ...]:
     robot = kernels.robot
-    names = ["DOF", "JOINTS", "LIMITS", "backend", *(function.name for function in functions)]
+    names = ["DOF", "JOINTS", "LIMITS", "backend", "clamp", "within_limits", *(function.name for function in functions)]
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
@@ -198,21 +201,6 @@ def _exported(
 def _export_key(name: str) -> tuple[int, str]:
     """The order in which the project's linter wants `__all__`: constants, classes, functions."""
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
-
-
-def _example(module: str, program: Program) -> str:
-    """A call of the first kernel."""
-    joints = f"np.zeros({module}.DOF)"
-    given = (
-        joints
-        if array.shape == (program.signature.dof,)
-        else "np.eye(4)"
-        if array.is_pose
-        else f"np.zeros({_tuple(array.shape)})"
-        for array in program.signature.inputs
-    )
-    results = ", ".join(array.name for array in program.signature.results)
-    return f"{results} = {module}.{program.quantity.function}({', '.join(given)})"
 
 
 def _public(program: Program, branches: Branches | None) -> PublicKernel:
@@ -234,9 +222,15 @@ def _public(program: Program, branches: Branches | None) -> PublicKernel:
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
         wrapper="Inverse" if inverse else f"Kernel[{kind}]",
-        notes=branch_lines(inverse, LINE - 4) if inverse else (),
-        options=("limits=LIMITS,", *_tuple_lines("turns", map(_bound, inverse.turns))) if inverse else (),
+        notes=branch_lines(inverse, LINE - 4, tuple(Real)) if inverse else (),
+        options=_inverse_options(inverse) if inverse else (),
     )
+
+
+def _inverse_options(inverse: Branches) -> tuple[str, ...]:
+    """Further arguments of the inverse, as lines."""
+    rooms = (f"({', '.join(map(repr, inverse.rooms[real]))}{',' * (len(inverse.turns) == 1)})" for real in Real)
+    return ("limits=LIMITS,", *_tuple_lines("turns", map(_bound, inverse.turns)), *_tuple_lines("rooms", rooms))
 
 
 def _arrays(arrays: tuple[Array, ...]) -> str:
@@ -258,11 +252,12 @@ def _batch_shape(array: Array) -> str:
     return f"(..., {', '.join(map(str, array.shape))})"
 
 
-def _limits(limits: tuple[Expression, Expression] | None) -> str:
-    if limits is None:
-        return "None"
-    low, high = (evaluate(bound, {}, _FLOATS) for bound in limits)
-    return f"({low!r}, {high!r})"
+def _limits(robot: Robot, real: Real) -> tuple[str, ...]:
+    """Both limits of each joint, as Python text."""
+    found = (
+        (Real.DOUBLE.literal(Fraction(end)) for end in each) if each else None for each in joint_limits(robot, real)
+    )
+    return tuple("None" if each is None else f"({', '.join(each)})" for each in found)
 
 
 def _actuators(kernels: Kernels) -> tuple[tuple[str, str, str], ...]:

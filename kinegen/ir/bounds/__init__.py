@@ -24,7 +24,7 @@ that a step is a rotation is checked on the operations themselves, sign by sign.
 """
 
 from kinegen.ir.bounds.bound import ErrorBound, FrameBound, bound, has_rules
-from kinegen.ir.bounds.graph import Ranges
+from kinegen.ir.bounds.graph import Ranges, largest_angle
 from kinegen.ir.bounds.numbers import NumberType
 
-__all__ = ["ErrorBound", "FrameBound", "NumberType", "Ranges", "bound", "has_rules"]
+__all__ = ["ErrorBound", "FrameBound", "NumberType", "Ranges", "bound", "has_rules", "largest_angle"]

@@ -130,6 +130,14 @@ def intervals(graph: Graph, program: Program, ranges: Ranges) -> tuple[Interval 
     return tuple(found)
 
 
+def largest_angle(program: Program, ranges: Ranges) -> Fraction:
+    """The largest magnitude of an angle of which a program takes the sine and cosine; 0 if it takes none."""
+    graph = graph_of(program)
+    found = intervals(graph, program, ranges)
+    ends = (end for angle in graph.angles for end in found[angle] or ())
+    return max(map(abs, ends), default=Fraction(0))
+
+
 def _range(operator: Operator, operands: list[Interval | None]) -> Interval | None:
     ends = [operand for operand in operands if operand is not None]
     if len(ends) < len(operands) or operator in (Operator.SIN, Operator.COS):

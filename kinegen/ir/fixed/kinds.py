@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from enum import StrEnum
 
 from kinegen.errors import KinegenError
 from kinegen.ir.fixed.sizes import exact_sizes
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.older import StrEnum
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Dimension, JointType, Robot
 

@@ -14,11 +14,11 @@ from kinegen.ir.fixed.kinds import Kind, find_kinds, output_kinds, refuse
 from kinegen.ir.fixed.program import LARGEST, NUMBER_BITS, FixedProgram, Scales
 from kinegen.ir.fixed.writer import write_statements
 from kinegen.ir.program import Program
-from kinegen.robot.expressions import Arithmetic, evaluate
+from kinegen.robot.expressions import evaluate
 from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Dimension, JointType, Robot
 
-_FLOATS = Arithmetic(number=float, pi=math.pi, functions={"sqrt": math.sqrt})
 _FINEST = 60
 _FINER = 16
 """Bits by which inputs may be finer than the reach; more would be lost at once."""
@@ -69,7 +69,7 @@ def _input_scales(robot: Robot) -> Scales:
     box = zip(robot.variables, joint_box(robot), strict=True)
     strokes = [abs(end) for variable, ends in box if variable.type is JointType.PRISMATIC for end in ends]
     parameters = [
-        _ROOM * abs(float(evaluate(parameter.value, {}, _FLOATS)))
+        _ROOM * abs(float(evaluate(parameter.value, {}, FLOATS)))
         for parameter in robot.runtime_parameters
         if parameter.dimension is Dimension.LENGTH
     ]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 from kinegen.ir.program import Program, RuntimeParameter, Temporary, Variable
+from kinegen.older import StrEnum
 
 NUMBER_BITS = 30
 """Fraction bits of sines, cosines and entries of a rotation."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -10,7 +10,8 @@ from kinegen.ir.fixed.kinds import refuse
 from kinegen.ir.fixed.program import LARGEST, FixedOperand, FixedStatement, Integer, Operation
 from kinegen.ir.fixed.rounding import above, nearest_integer
 from kinegen.ir.program import Constant, Operand, Operator, RuntimeParameter, Statement, Temporary, Variable
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
+from kinegen.robot.expressions import FUNCTIONS, Arithmetic, Expression, evaluate
+from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import Robot
 
 TURN = 2**32
@@ -18,8 +19,13 @@ TURN = 2**32
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 
-EXACT = Arithmetic(number=Fraction, pi=PI, functions={"sqrt": lambda value: Fraction(math.sqrt(value))})
-"""Fractions; roots alone are floats."""
+
+def _of_floats(name: str) -> Callable[..., Fraction]:
+    return lambda *values: Fraction(FLOATS.functions[name](*map(float, values)))
+
+
+EXACT = Arithmetic(number=Fraction, pi=PI, functions={name: _of_floats(name) for name in FUNCTIONS})
+"""Fractions; roots and arcs alone are floats."""
 
 _FINEST_PART = 30
 

@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._engines import real_array
+
 
 class ReadingCheck:
     """Refuses readings that no actuator can have, so that a kernel is not asked for what comes out as NaN.
+
+    Readings that are coupled are each held to their own range.
 
     What passes comes back, and goes to a kernel: `fk_actuators(check_actuators(readings))`.
 
@@ -33,19 +37,18 @@ class ReadingCheck:
             The same readings as an array.
 
         Raises:
-            ValueError: If one of them is out of range or no number, naming the first such actuator; or if the shape is
-                another.
+            ValueError: If one of them is out of range or not a finite number, naming the first such actuator; or if the
+                shape is another.
             TypeError: If they are no real numbers.
         """
-        array = np.asarray(actuators)
-        if array.dtype.kind not in "fiub":
-            raise TypeError(f"actuators is of type {array.dtype}, expected plain real numbers")
+        array = real_array("check_actuators", "actuators", actuators)
         if array.shape[-1:] != (len(self._names),):
             raise ValueError(f"actuators has shape {array.shape}, expected (..., {len(self._names)})")
         # A bound in single precision is no tighter for readings in single precision.
         kind = array.dtype if array.dtype.kind == "f" else np.dtype(float)
         low, high = np.asarray(self._ranges, dtype=kind).T
-        outside = ~((array >= low) & (array <= high))
+        # No range holds an infinite reading, nor one that is not a number.
+        outside = ~(np.isfinite(array) & (array >= low) & (array <= high))
         if outside.any():
             self._refuse(array, tuple(int(entry) for entry in np.argwhere(outside)[0]))
         return array
@@ -55,7 +58,11 @@ class ReadingCheck:
         unit = f" {self._units[index]}" if self._units[index] else ""
         low, high = self._ranges[index]
         where = f" at [{', '.join(map(str, place[:-1]))}]" if len(place) > 1 else ""
-        found = f"actuator '{self._names[index]}' reads {array[place]:.6g}{unit}{where}"
+        reading = float(array[place])
+        found = f"actuator '{self._names[index]}' reads {reading:.6g}{unit}{where}"
         if math.isinf(low) and math.isinf(high):
-            raise ValueError(f"{found}, which is no finite number")
-        raise ValueError(f"{found}; it goes from {low:.6g} to {high:.6g}{unit}")
+            raise ValueError(f"{found}, which is not a finite number")
+        beyond = max(low - reading, reading - high)
+        # A reading that rounds to the bound beside it would hide the reason.
+        by = f", {beyond:.2g}{unit} beyond" if math.isfinite(beyond) else ""
+        raise ValueError(f"{found}{by}; it goes from {low:.6g} to {high:.6g}{unit}")

@@ -9,23 +9,31 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Floats
-from ._kernel import Kernel, Layout
+from ._kernel import Kernel, Layout, check_apart
 from ._targets import checked_targets, is_pose
 
 Truths = NDArray[np.bool_]
+
+_MOST_TURNS = {np.dtype(np.float64): 1e4, np.dtype(np.float32): 1e2}
+"""A joint value further from zero than so many whole turns has lost the digits that `nearest` is to keep."""
+
+_FARTHEST_STROKE = 1e15
 
 
 class Inverse(Kernel[tuple[Floats, Truths]]):
     """All joint vectors that put the tool into a pose, each in a branch of its own.
 
-    A branch that is not valid holds any numbers, or NaN.
+    A branch that is not valid holds any numbers, or NaN; a valid one is finite.
 
     Args:
         name: As for a kernel, like all others.
         limits: Lower and upper limit of each joint, or None.
         turns: What a whole turn of each joint is in its variable; infinite for one that shifts.
+        rooms: How far outside its limits a joint of a valid solution may be, for float64 and for float32.
         options: As for a kernel.
     """
+
+    kind = "inverse"
 
     def __init__(
         self,
@@ -33,12 +41,14 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         *,
         limits: tuple[tuple[float, float] | None, ...] = (),
         turns: tuple[float, ...] = (),
+        rooms: tuple[tuple[float, ...], tuple[float, ...]] = ((), ()),
         **options: Any,
     ) -> None:
         super().__init__(name, **options)
         unlimited = (-math.inf, math.inf)
         self._limits = np.array([unlimited if each is None else each for each in limits], dtype=float).reshape(-1, 2)
         self._turns = np.array(turns, dtype=float)
+        self._rooms = {np.dtype(kind): np.array(room) for kind, room in zip((float, np.float32), rooms, strict=True)}
 
     def __call__(
         self,
@@ -55,11 +65,13 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         Args:
             inputs: The target, shape (..., 4, 4).
             params: As for a kernel.
-            out: As for a kernel; validity then comes as numbers, 1 or 0.
+            out: Arrays for both results, as for a kernel; that for validity is of type bool, or of the number type of
+                the solutions, which then holds 1 or 0.
             threads: As for a kernel.
             layout: As for a kernel.
             nearest: A joint vector, or one for each target: of the valid solutions the one that is nearest to it is
-                chosen, the squares of all differences added, with whole turns added where the limits allow.
+                chosen, the squares of all differences added, with whole turns added where the limits allow. Where an
+                entry is not finite, or further from zero than 10,000 whole turns (100 in float32), there is none.
             check: Whether to see that targets are poses; those of the layout joint_major are taken as they are.
 
         Returns:
@@ -77,11 +89,28 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if results is None:
             if check and layout == "4x4" and len(inputs) == 1:
                 checked_targets(self.__name__, inputs[0])
-            results = super().__call__(*inputs, params=params, out=out, threads=threads, layout=layout)
+            options: dict[str, Any] = {"params": params, "threads": threads, "layout": layout}
+            if _has_truths(out):
+                return self._into_truths(inputs, out, options)
+            results = super().__call__(*inputs, out=out, **options)
         if out is not None:
             return results
         solutions, valid = results[0], results[1].astype(np.bool_)
         return (solutions, valid) if nearest is None else self._nearest(solutions, valid, nearest)
+
+    def _into_truths(
+        self, inputs: tuple[ArrayLike, ...], out: tuple[Floats, Truths], options: dict[str, Any]
+    ) -> tuple[Floats, Truths]:
+        """Solve into arrays of which the second one holds truth values."""
+        solutions, valid = out
+        if not valid.flags.writeable:
+            raise ValueError(f"{self.__name__}: out for valid is read-only")
+        others = [("base_T_tool", np.asarray(each)) for each in inputs] + [("solutions", solutions)]
+        check_apart(self.__name__, "out for valid", valid, others)
+        numbers = np.empty(valid.shape, solutions.dtype)
+        super().__call__(*inputs, out=(solutions, numbers), **options)
+        valid[...] = numbers
+        return out
 
     def _quickly(self, target: Any, params: Any, check: bool) -> tuple[Floats, Any] | None:
         """The results of one C call for one plain target; None where something speaks against it."""
@@ -95,28 +124,54 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
     def _nearest(self, solutions: Floats, valid: Truths, nearest: ArrayLike) -> tuple[Floats, Truths]:
-        wanted = np.asarray(nearest, dtype=solutions.dtype)
-        if wanted.shape[-1:] != solutions.shape[-1:]:
-            raise ValueError(
-                f"{self.__name__}: nearest has shape {wanted.shape}, expected (..., {solutions.shape[-1]})"
-            )
-        wanted = np.broadcast_to(wanted, (*solutions.shape[:-2], solutions.shape[-1]))
-        with np.errstate(invalid="ignore"):
+        """The valid solution nearest to a joint vector, and whether there is one."""
+        wanted, is_near = self._wanted(nearest, solutions)
+        with np.errstate(invalid="ignore", over="ignore"):
             moved = self._turned(solutions, wanted[..., None, :])
             distances = np.where(valid, ((moved - wanted[..., None, :]) ** 2).sum(axis=-1), np.inf)
         best = distances.argmin(axis=-1)[..., None]
-        found: Truths = np.take_along_axis(valid, best, axis=-1)[..., 0]
+        found: Truths = np.take_along_axis(valid, best, axis=-1)[..., 0] & is_near
         chosen = np.take_along_axis(moved, best[..., None], axis=-2)[..., 0, :]
         return np.where(found[..., None], chosen, np.nan).astype(solutions.dtype), found
 
+    def _wanted(self, nearest: ArrayLike, solutions: Floats) -> tuple[Floats, Truths]:
+        """The joint vectors asked for, zeros where they cannot serve, and whether they can."""
+        given = np.asarray(nearest)
+        lead, dof = solutions.shape[:-2], solutions.shape[-1]
+        if given.dtype.kind not in "fiub" or isinstance(nearest, np.ma.MaskedArray):
+            raise TypeError(f"{self.__name__}: nearest is of type {given.dtype}, expected plain real numbers")
+        try:
+            # The leading axes may be fewer than those of the targets, never more.
+            full = np.broadcast_to(given, (*lead, dof)) if given.shape[-1:] == (dof,) else None
+        except ValueError:
+            full = None
+        if full is None:
+            expected = ", ".join(map(str, (*lead, dof))) + ("," if not lead else "")
+            raise ValueError(f"{self.__name__}: nearest has shape {given.shape}, expected ({expected}) or (..., {dof})")
+        farthest = np.where(np.isfinite(self._turns), self._turns * _MOST_TURNS[solutions.dtype], _FARTHEST_STROKE)
+        serves = np.abs(full.astype(float)) <= farthest
+        wanted: Floats = np.where(serves, full, 0).astype(solutions.dtype)
+        return wanted, serves.all(axis=-1)
+
     def _turned(self, solutions: Floats, wanted: Floats) -> Floats:
         """Solutions with as many whole turns added as bring them nearest within their limits."""
-        turns, (low, high) = self._turns, self._limits.T
+        turns, (low, high), room = self._turns, self._limits.T, self._rooms[solutions.dtype]
         count = np.round((wanted - solutions) / turns)
-        # A solution that rounding put beside its limit still takes no turn the other way.
-        fewest, most = np.ceil((low - solutions) / turns - 1e-6), np.floor((high - solutions) / turns + 1e-6)
+        # What a solution may be outside its limits by, it may be after whole turns. One that rounding put beside its
+        # limit takes no turn the other way for that.
+        fewest, most = np.ceil((low - room - solutions) / turns), np.floor((high + room - solutions) / turns)
         count = np.clip(count, np.minimum(fewest, 0), np.maximum(most, 0))
         moved: Floats = np.where(
             np.isfinite(turns), solutions + count * np.where(np.isfinite(turns), turns, 0), solutions
         )
         return moved.astype(solutions.dtype)
+
+
+def _has_truths(out: Any) -> bool:
+    """Whether results go to an array of numbers and one of truth values."""
+    return (
+        type(out) is tuple
+        and len(out) == 2
+        and all(isinstance(each, np.ndarray) for each in out)
+        and out[1].dtype == np.bool_
+    )

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+import operator
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernel import Kernel
+from ._kernel import Kernel, check_apart, checked_params
+from ._search import Effort, Joint, Search
 from ._targets import checked_targets
 from ._threads import spread, workers_for
 
 Floats = NDArray[np.floating[Any]]
 
 _BLOCK = 1 << 10  # targets that go to C at once; Ctrl-C gets through in between
-_ITERATIONS, _STALL, _SAMPLES, _MOST_SAMPLES = 60, 8, 20, 5120
+_LARGEST = (1 << 31) - 1
 
 
 class NumericSolution(NamedTuple):
@@ -28,7 +30,7 @@ class NumericSolution(NamedTuple):
         solved: Whether both errors are within their tolerances (...).
         position_error: Distances to the targets (...).
         rotation_error: Angles to the targets in rad (...).
-        iterations: Steps of all descents (...); 0 where the search ran in NumPy and does not count them singly.
+        iterations: Steps of all descents (...).
     """
 
     q: Floats
@@ -36,15 +38,6 @@ class NumericSolution(NamedTuple):
     position_error: Floats
     rotation_error: Floats
     iterations: NDArray[np.int32]
-
-
-class Joint(NamedTuple):
-    """Where one joint may stand: its limits, or where random starts lie; and whether it turns."""
-
-    lowest: float
-    highest: float
-    is_limited: bool
-    is_angle: bool
 
 
 class NumericInverse:
@@ -88,57 +81,144 @@ class NumericInverse:
         start: ArrayLike | None = None,
         *,
         params: Any = None,
+        out: Any = None,
         tolerances: tuple[float, float] | None = None,
         restarts: int = 10,
         seed: int = 1,
+        budget: int = 0,
+        steps: int = 0,
         threads: int = 1,
     ) -> NumericSolution:
         """Find joint values for one pose or a batch.
 
         Args:
             base_T_tool: Targets (..., 4, 4).
-            start: Joint vectors of the first descents (..., dof); the middle of the ranges if left out.
+            start: Joint vectors of the first descents (..., dof); the middle of the ranges if left out, or for entries
+                that are not finite.
             params: Values of the runtime parameters; by default those of the robot file.
+            out: A `NumericSolution`, or a tuple, of arrays for the results, of their exact shapes and types.
             tolerances: Accepted distance, in the unit of the robot file, and angle in rad.
             restarts: Descents after the first, each from the best of some random joint vectors.
             seed: Of the random starts; equal calls give equal results, for any number of threads.
+            budget: Evaluations of the kernel for a target at most, one for each step and random joint vector. 0 leaves
+                them to `restarts`: 60 steps a descent, 20 r**2 joint vectors (at most 5120) before restart r.
+            steps: Steps of a descent at most; 0 for 60, and never more.
             threads: Number of threads that share a batch; 0 for all cores.
 
         Returns:
-            The solutions with what they leave.
+            The solutions with what they leave; `out` where it was given.
 
         Raises:
-            ValueError: If a target is no pose, or shapes do not fit.
-            TypeError: If they are no real numbers.
+            ValueError: If a target is not a pose, shapes do not fit, or a count or a tolerance is out of range.
+            TypeError: If they are not real numbers, or `params` is not the package's `Params`.
         """
-        targets = checked_targets(self.__name__, base_T_tool)
+        name = self.__name__
+        targets = checked_targets(name, base_T_tool)
         lead, real = targets.shape[:-2], targets.dtype
-        middle = [(joint.lowest + joint.highest) / 2 for joint in self.joints]
-        starts = np.asarray(middle if start is None else start)
-        if starts.shape[-1:] != (self.dof,) or starts.dtype.kind not in "fiu":
-            raise ValueError(f"{self.__name__}: start has shape {starts.shape}, expected (..., {self.dof})")
-        try:
-            starts = np.array(np.broadcast_to(starts, (*lead, self.dof)), real, order="C").reshape(-1, self.dof)
-        except ValueError:
-            raise ValueError(f"{self.__name__}: start of shape {starts.shape} for targets {targets.shape}") from None
+        starts = self._starts(start, lead, real)
+        chosen = checked_params(name, params, self._params)
         accepted = tolerances or self.tolerances[real == np.float32]
+        effort = _effort(name, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
+        given = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))])]
+        found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given)
+        self._fill(targets, starts, found, chosen, effort, workers_for(threads))
+        if out is None:
+            others: list[Any] = [entry[()] for entry in found[1:]]
+            return NumericSolution(found.q, *others)
+        result: NumericSolution = out
+        return result
+
+    def _fill(
+        self,
+        targets: Floats,
+        starts: Floats,
+        found: NumericSolution,
+        params: Any,
+        effort: Effort,
+        workers: int,
+    ) -> None:
+        """Search for all targets; arrays whose axes do not run together are filled by way of others."""
+        lead = targets.shape[:-2]
         count = math.prod(lead)
-        found = NumericSolution(
-            np.empty((count, self.dof), real),
-            np.zeros(count, np.bool_),
-            np.empty(count, real),
-            np.empty(count, real),
-            np.zeros(count, np.int32),
-        )
-        flat = np.ascontiguousarray(targets).reshape(count, 4, 4)
-        chosen = self._params if params is None else params
-        fill = partial(self._search, flat, starts, found, chosen, (*map(float, accepted),), restarts, seed)
-        spread(fill, _blocks(count), workers_for(threads))
-        others: list[Any] = [np.reshape(entry, lead)[()] for entry in found[1:]]
-        return NumericSolution(found.q.reshape(*lead, self.dof), *others)
+        flat = NumericSolution(*(np.reshape(entry, (count, *entry.shape[len(lead) :])) for entry in found))
+        poses = np.ascontiguousarray(targets).reshape(count, 4, 4)
+        spread(partial(self._search, poses, starts, flat, params, effort), _blocks(count), workers)
+        for entry, filled in zip(found, flat, strict=True):
+            if not np.shares_memory(entry, filled):
+                entry[...] = filled.reshape(entry.shape)
+
+    def bind(self, base_T_tool: Floats, start: Floats, *results: NDArray[Any], **options: Any) -> Callable[[], object]:
+        """Fix the arrays: each call of what comes back reads the targets and starts anew and writes the results.
+
+        Args:
+            base_T_tool: Targets (..., 4, 4), an array of float64 or float32.
+            start: Joint vectors of the first descents (..., dof), an array.
+            results: Arrays for `q`, `solved`, `position_error`, `rotation_error` and `iterations`, as for `out`.
+            options: As for a call: params, tolerances, restarts, seed, budget, threads.
+
+        Returns:
+            A function without arguments.
+        """
+        if len(results) != len(NumericSolution._fields):
+            names = ", ".join(("base_T_tool", "start", *NumericSolution._fields))
+            raise TypeError(f"{self.__name__}: bind takes 7 arrays ({names}), {2 + len(results)} given")
+        given: tuple[tuple[str, Any], ...] = (("base_T_tool", base_T_tool), ("start", start))
+        for label, array in given:
+            if not isinstance(array, np.ndarray) or array.dtype not in (np.float64, np.float32):
+                raise TypeError(f"{self.__name__}: bind needs {label} as an array of float64 or float32")
+        found = self._checked(results, base_T_tool.shape[:-2], base_T_tool.dtype, given)
+        return partial(self, base_T_tool, start, out=found, **options)
 
     def __reduce__(self) -> str:
         return self.__name__  # pickled by reference, as functions are
+
+    def __repr__(self) -> str:
+        given = f"base_T_tool (4, 4), start ({self.dof},)"
+        return f"<{self.__module__}.{self.__name__}: {given} to ({self.dof},), backend {self.backend}>"
+
+    def _starts(self, start: ArrayLike | None, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
+        """One start for each target, flat."""
+        middle = [(joint.lowest + joint.highest) / 2 for joint in self.joints]
+        starts = np.asarray(middle if start is None else start)
+        if starts.dtype.kind not in "fiu":
+            raise TypeError(f"{self.__name__}: start is of type {starts.dtype}, expected plain real numbers")
+        if starts.shape[-1:] != (self.dof,):
+            raise ValueError(f"{self.__name__}: start has shape {starts.shape}, expected (..., {self.dof})")
+        try:
+            wide = np.broadcast_to(starts, (*lead, self.dof))
+        except ValueError:
+            shape = (*lead, 4, 4)
+            raise ValueError(f"{self.__name__}: start of shape {starts.shape} for targets {shape}") from None
+        return np.array(wide, real, order="C").reshape(-1, self.dof)
+
+    def _empty(self, lead: tuple[int, ...], real: np.dtype[Any]) -> NumericSolution:
+        kinds = self._kinds(real)
+        return NumericSolution(*(np.empty((*lead, *inner), kind) for inner, kind in kinds))
+
+    def _kinds(self, real: np.dtype[Any]) -> tuple[tuple[tuple[int, ...], np.dtype[Any]], ...]:
+        """Shape for one target, and type, of each result."""
+        return ((self.dof,), real), ((), np.dtype(bool)), ((), real), ((), real), ((), np.dtype(np.int32))
+
+    def _checked(
+        self, out: Any, lead: tuple[int, ...], real: np.dtype[Any], given: Sequence[tuple[str, NDArray[Any]]]
+    ) -> NumericSolution:
+        """Arrays for the results, if they can hold them."""
+        if not isinstance(out, tuple) or len(out) != len(NumericSolution._fields):
+            raise TypeError(f"{self.__name__}: out must be a tuple of arrays for {', '.join(NumericSolution._fields)}")
+        others = list(given)
+        for field, array, (inner, kind) in zip(NumericSolution._fields, out, self._kinds(real), strict=True):
+            label = f"out for {field}"
+            if isinstance(array, np.ma.MaskedArray) or not isinstance(array, np.ndarray):
+                raise TypeError(f"{self.__name__}: {label} is a {type(array).__name__}, expected a plain NumPy array")
+            if array.shape != (*lead, *inner):
+                raise ValueError(f"{self.__name__}: {label} has shape {array.shape}, expected {(*lead, *inner)}")
+            if array.dtype != kind:
+                raise TypeError(f"{self.__name__}: {label} is of type {array.dtype}, expected {kind}")
+            if not array.flags.writeable:
+                raise ValueError(f"{self.__name__}: {label} is read-only")
+            check_apart(self.__name__, label, array, others)
+            others.append((field, array))
+        return NumericSolution(*out)
 
     def _search(
         self,
@@ -146,9 +226,7 @@ class NumericInverse:
         starts: Floats,
         found: NumericSolution,
         params: Any,
-        tolerances: tuple[float, ...],
-        restarts: int,
-        seed: int,
+        effort: Effort,
         first: int,
         last: int,
     ) -> None:
@@ -156,11 +234,11 @@ class NumericInverse:
         part = slice(first, last)
         if self._native is None:
             evaluate = self.kernel if params is None else partial(self.kernel, params=params)
-            search = _Search(evaluate, self.joints, self.reach, targets[part], tolerances)
-            search.run(starts[part], restarts, np.random.default_rng((seed, first)))
-            answer: tuple[Any, ...] = search.q, search.errors, 0, search.solved
+            search = Search(evaluate, self.joints, self.reach, targets[part], effort)
+            search.run(starts[part], np.random.default_rng((effort.seed, first)))
+            answer: tuple[Any, ...] = search.q, search.errors, search.iterations, search.solved
         else:
-            answer = self._in_c(targets[part], starts[part], params, tolerances, restarts, seed, first)
+            answer = self._in_c(targets[part], starts[part], params, effort, first)
         q, errors, iterations, solved = answer
         found.q[part], found.solved[part] = q, solved
         found.position_error[part], found.rotation_error[part] = errors.T
@@ -171,9 +249,7 @@ class NumericInverse:
         targets: Floats,
         starts: Floats,
         params: Any,
-        tolerances: tuple[float, ...],
-        restarts: int,
-        seed: int,
+        effort: Effort,
         first: int,
     ) -> tuple[Floats, Floats, Any, Any]:
         ffi, count = self._native.ffi, len(targets)
@@ -189,9 +265,11 @@ class NumericInverse:
             ffi.from_buffer(item, starts),
             count,
             first,
-            ffi.new(item, list(tolerances)),
-            restarts,
-            seed & 0xFFFFFFFF,
+            ffi.new(item, list(effort.tolerances)),
+            effort.restarts,
+            effort.seed,
+            effort.budget,
+            effort.steps,
             ffi.from_buffer(item, q, require_writable=True),
             ffi.from_buffer(item, errors, require_writable=True),
             ffi.from_buffer("int32_t[]", iterations, require_writable=True),
@@ -200,94 +278,36 @@ class NumericInverse:
         return q, errors, iterations, solved
 
 
-class _Search:
-    """The same search in NumPy, for all targets at once."""
+def _effort(name: str, tolerances: Any, *, restarts: Any, seed: Any, budget: Any, steps: Any) -> Effort:
+    """What a search may take, checked."""
+    return Effort(
+        _tolerances(name, tolerances),
+        _integer(name, "restarts", restarts),
+        _integer(name, "seed", seed, least=None) & 0xFFFFFFFF,
+        _integer(name, "budget", budget),
+        _integer(name, "steps", steps),
+    )
 
-    def __init__(
-        self,
-        evaluate: Callable[[Floats], tuple[Floats, Floats]],
-        joints: tuple[Joint, ...],
-        reach: float,
-        targets: Floats,
-        tolerances: tuple[float, ...],
-    ) -> None:
-        self._evaluate, self._targets, self._tolerances = evaluate, targets, tolerances
-        self._low, self._high = np.array([joint[:2] for joint in joints]).T
-        self._limited, self._angles = np.array([joint[2:] for joint in joints]).T
-        self._weights = np.array([3 / reach] * 3 + [1.0] * 3)
-        count = len(targets)
-        self.q = np.zeros((count, len(joints)))
-        self.errors, self.solved = np.full((count, 2), np.inf), np.zeros(count, bool)
-        self._least = np.full(count, np.inf)
 
-    def run(self, starts: Floats, restarts: int, random: np.random.Generator) -> None:
-        """Descend from the starts, and then from random joint vectors where that was not enough."""
-        q = np.where(self._limited, np.clip(starts, self._low, self._high), starts).astype(float)
-        self.q[:] = q
-        for descent in range(restarts + 1):
-            open_ = np.flatnonzero(~self.solved)
-            if not len(open_):
-                return
-            if descent:
-                q[open_] = self._best_of(open_, min(_SAMPLES * descent**2, _MOST_SAMPLES), random)
-            self._descend(open_, q[open_])
+def _integer(name: str, label: str, value: Any, least: int | None = 0) -> int:
+    """A count that an int32 can hold, or any integer where there is no least one."""
+    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name}: {label} is of type {type(value).__name__}, expected an integer")
+    number = operator.index(value)
+    if least is not None and not least <= number <= _LARGEST:
+        raise ValueError(f"{name}: {label} is {number}, expected {least} to {_LARGEST}")
+    return number
 
-    def _best_of(self, rows: NDArray[np.intp], samples: int, random: np.random.Generator) -> Floats:
-        best, least = np.empty((len(rows), len(self._low))), np.full(len(rows), np.inf)
-        for _ in range(samples):
-            candidates = random.uniform(self._low, self._high, best.shape)
-            pose, target = self._evaluate(candidates)[0], self._targets[rows]
-            way = (target[:, :3, 3] - pose[:, :3, 3]) * self._weights[:3]
-            # 2 (1 - cos(angle)) stands for the square of the angle.
-            error = (way**2).sum(axis=1) + 3 - (target[:, :3, :3] * pose[:, :3, :3]).sum(axis=(1, 2))
-            better = error < least
-            best[better], least[better] = candidates[better], error[better]
-        return best
 
-    def _descend(self, rows: NDArray[np.intp], q: Floats) -> None:
-        before = np.full(len(rows), np.inf)
-        for iteration in range(_ITERATIONS):
-            e, jacobian = self._difference(rows, q)
-            error = ((e * self._weights) ** 2).sum(axis=1)
-            errors = np.stack([np.linalg.norm(e[:, :3], axis=1), np.linalg.norm(e[:, 3:], axis=1)], axis=1)
-            done = (errors <= self._tolerances).all(axis=1)
-            keep = (error < self._least[rows]) | done
-            self.q[rows[keep]], self.errors[rows[keep]] = q[keep], errors[keep]
-            self._least[rows[keep]] = error[keep]
-            self.solved[rows[done]] = True
-            go = ~done
-            if iteration % _STALL == _STALL - 1:
-                go &= error <= before / 2
-                before = error
-            if not go.any():
-                return
-            rows, before = rows[go], before[go]
-            q = self._step(q[go], e[go] * self._weights, jacobian[go] * self._weights[:, None], error[go])
-
-    def _difference(self, rows: NDArray[np.intp], q: Floats) -> tuple[Floats, Floats]:
-        """The way to go, the rotation vector of target_R pose_R^T, and the Jacobian."""
-        pose, jacobian = self._evaluate(q)
-        target = self._targets[rows]
-        r = target[:, :3, :3] @ pose[:, :3, :3].swapaxes(1, 2)
-        v = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
-        sine, cosine = np.linalg.norm(v, axis=1), np.trace(r, axis1=1, axis2=2) - 1
-        turn = v * (np.arctan2(sine, cosine) / np.where(sine > 0, sine, 1.0))[:, None]
-        turn[(sine <= 0) & (cosine < 0), 0] = np.pi
-        return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], turn], axis=1), jacobian
-
-    def _step(self, q: Floats, e: Floats, jacobian: Floats, error: Floats) -> Floats:
-        low, high = self._low, self._high
-        slope = np.einsum("nij,ni->nj", jacobian, e)
-        left = np.where(slope < 0, q - low, high - q) / ((high - low) * 0.4)
-        freedom = np.where(self._limited, np.clip(left, 0.0, 1.0), 1.0)
-        damping = (0.1 * error + 1e-12)[:, None, None] * np.eye(6)
-        matrix = (jacobian * freedom[:, None, :]) @ jacobian.swapaxes(1, 2) + damping
-        moves = np.einsum("nij,ni->nj", jacobian, np.linalg.solve(matrix, e[..., None])[..., 0]) * freedom
-        largest = np.abs(moves[:, self._angles]).max(axis=1, initial=0.8)
-        moved = q + moves * (0.8 / largest)[:, None]
-        turned = np.where(self._angles & (np.abs(moved) > np.pi), moved - np.copysign(2 * np.pi, moved), moved)
-        result: Floats = np.where(self._limited, np.clip(moved, low, high), turned)
-        return result
+def _tolerances(name: str, given: Any) -> tuple[float, float]:
+    """Two accepted errors, which may be zero but not NaN."""
+    try:
+        position, rotation = map(float, given)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: tolerances is {given!r}, expected a distance and an angle") from None
+    if not (position >= 0 and rotation >= 0):
+        raise ValueError(f"{name}: tolerances are {position:g} and {rotation:g}, expected none below zero")
+    return position, rotation
 
 
 def _blocks(count: int) -> Generator[tuple[int, int]]:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._engines import real_array
+
 Floats = NDArray[np.floating[Any]]
 
 _ALLOWED = {np.dtype(np.float64): 1e-6, np.dtype(np.float32): 1e-4}
@@ -40,9 +42,7 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
         ValueError: If the shape is another, or one of them is no pose: not finite, a last row that is not 0 0 0 1,
             columns that are not orthonormal, or a reflection. The message says which.
     """
-    array = np.asarray(base_T_tool)
-    if array.dtype.kind not in "fiub" or isinstance(base_T_tool, np.ma.MaskedArray):
-        raise TypeError(f"{name}: base_T_tool is of type {array.dtype}, expected plain real numbers")
+    array = real_array(name, "base_T_tool", base_T_tool)
     if array.shape[-2:] != (4, 4):
         raise ValueError(f"{name}: base_T_tool has shape {array.shape}, expected (..., 4, 4)")
     small = array.dtype.kind == "f" and array.dtype.itemsize <= 4

@@ -36,6 +36,9 @@ from kinegen.symbolic.inverse.geometry import (
 )
 from kinegen.symbolic.inverse.names import branch_names, conditions_of, meanings_of
 
+_SHOWN = 1e-4
+"""Radians from which on six digits of an angle show that it is not the one wanted."""
+
 
 class Refusal(Exception):  # noqa: N818 - an answer, not an error
     """An arm is not of the family that was tried.
@@ -59,13 +62,13 @@ class _Conditions:
     def parallel(self, left: JointAxis, right: JointAxis) -> None:
         if not are_parallel(left, right):
             self.failed.append(
-                f"axes {left.number} and {right.number} are not parallel: they stand at {_angle(left, right)}"
+                f"axes {left.number} and {right.number} are not parallel: {_off(left, right, sp.Integer(0))}"
             )
 
     def square(self, left: JointAxis, right: JointAxis) -> None:
         if not are_square(left, right):
             self.failed.append(
-                f"axes {left.number} and {right.number} are not at right angles: they stand at {_angle(left, right)}"
+                f"axes {left.number} and {right.number} are not at right angles: {_off(left, right, sp.pi / 2)}"
             )
 
     def turned(self, left: JointAxis, right: JointAxis) -> None:
@@ -97,9 +100,13 @@ class _Conditions:
             raise Refusal(*self.failed)
 
 
-def _angle(left: JointAxis, right: JointAxis) -> str:
-    cosine = abs(dot(left.direction, right.direction))
-    return f"{float(sp.N(sp.acos(cosine) * 180 / sp.pi)):.6g} deg"
+def _off(left: JointAxis, right: JointAxis, wanted: sp.Expr) -> str:
+    """The angle between two axes, or what it lacks where rounding would hide that."""
+    angle = sp.acos(abs(dot(left.direction, right.direction)))
+    deviation = abs(float(sp.N(angle - wanted, 30)))
+    if deviation < _SHOWN:
+        return f"off by {deviation:.2g} rad"
+    return f"they stand at {float(sp.N(angle * 180 / sp.pi)):.6g} deg"
 
 
 def _alike(joint: JointAxis, axis: Vector) -> JointAxis:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from kinegen.robot.expressions import evaluate
-from kinegen.robot.model import BASE, TOOL, JointType, Robot
+from kinegen.robot.model import TOOL, JointType, Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.fold import NULL, Vector
 from kinegen.symbolic.inverse.exact import IDENTITY, Rotation, about, chained, columns, combined, tidy
@@ -130,7 +130,7 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
     values = symbols(robot, keep_parameters=False)
     moves = {values[variable.name]: variable.index + 1 for variable in robot.variables}
     walker = _Walker(moves)
-    for step in transforms_between(robot, BASE, TOOL, values):
+    for step in transforms_between(robot, robot.root, TOOL, values):
         walker.step(step)
     still = [
         f"joint {number} ({symbol}) moves nothing" for symbol, number in moves.items() if symbol not in walker.found

@@ -12,7 +12,11 @@ import sympy as sp
 
 from kinegen.symbolic.inverse.exact import tidy
 from kinegen.symbolic.inverse.geometry import Planar
-from kinegen.symbolic.inverse.steps import ALIGNED, FLAT, HALF_TURN, ONE, REACH, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.steps import HALF_TURN, ONE, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.thresholds import ALIGNED, TARGET
+
+_SLENDER = 32
+"""Links are nearly equal where their sum is more than so many times their difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +76,10 @@ def swing_to(steps: Steps, point: Planar, aside: sp.Expr, near: sp.Expr, start: 
     if aside == 0:
         return _swing_in_line(steps, point, square, near)
     rest = steps.name(square - aside**2)
-    valid = steps.select(-REACH * square, rest, ONE, ZERO)
+    # Beside the axis the square is off by twice `aside` times what the point is off by.
+    reach = steps.near.reach
+    beyond = 2 * reach * abs(aside) if aside.is_number else square + reach**2
+    valid = steps.select(-TARGET * beyond, rest, ONE, ZERO)
     along = steps.root(steps.select(ZERO, rest, rest, ZERO))
     shown, length = along, square
     if not aside.is_number:
@@ -121,12 +128,13 @@ def bend_to(steps: Steps, point: Planar, upper: Planar, lower: Planar, start: sp
     less = steps.name(((first + second) ** 2 - square) * scale)
     more = steps.name((square - (first - second) ** 2) * scale)
     sine_square = steps.name(less * more)
-    valid = steps.select(-REACH, sine_square, ONE, ZERO)
-    sine = steps.root(steps.select(FLAT, sine_square, sine_square, ZERO))
+    weight = steps.name(square + _apart(first, second))
+    valid = steps.select(-steps.near.beyond * weight, sine_square, ONE, ZERO)
+    sine = steps.root(steps.select(steps.near.flat * weight, sine_square, sine_square, ZERO))
     elbow = steps.argument((steps.name(more - 1), sine))
     shoulder = steps.argument((steps.name(first - second + second * more), steps.name(second * sine)))
     lead, aside = steps.name(second - first + first * more), steps.name(first * sine)
-    inverse = steps.name(1 / square)
+    inverse = _of_length_one(steps, (lead, aside), square, (first, second))
     lead, aside = steps.name(lead * inverse), steps.name(aside * inverse)
     back = steps.unit(-second_angle)
     terms = [steps.name(a * b) for a in (lead, aside) for b in back]
@@ -143,6 +151,25 @@ def bend_to(steps: Steps, point: Planar, upper: Planar, lower: Planar, start: sp
     if not (first.is_number and second.is_number) and _is_negative(steps, first) != _is_negative(steps, second):
         bends.reverse()
     return bends[0], bends[1]
+
+
+def _apart(first: sp.Expr, second: sp.Expr) -> sp.Expr:
+    """The sum of two lengths times their difference, not negative."""
+    product = tidy(first**2 - second**2)
+    return abs(product) if product.is_number else sp.Abs(product)
+
+
+def _of_length_one(steps: Steps, vector: Planar, square: sp.Expr, lengths: Planar) -> sp.Expr:
+    """What makes a vector, which should have the square of its length, one over its length when multiplied by it.
+
+    Where the arm is folded and its links are nearly equal, little is left of the length: a target that is off by its
+    rounding changes it a lot, and so does a squared sine that is taken for zero. There the length itself is asked.
+    """
+    if all(length.is_number for length in lengths):
+        total, apart = (abs(abs(lengths[0]) + sign * abs(lengths[1])) for sign in (1, -1))
+        if apart == 0 or apart * _SLENDER > total:
+            return steps.name(1 / square)
+    return steps.name(1 / steps.root(square * steps.square(vector)))
 
 
 def _is_negative(steps: Steps, length: sp.Expr) -> bool:

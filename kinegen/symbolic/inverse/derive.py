@@ -6,6 +6,7 @@ import sympy as sp
 
 from kinegen.errors import KinegenError
 from kinegen.outputs import Array, Quantity
+from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.expressions import Expressions, Tape
 from kinegen.symbolic.fold import Vector
@@ -14,6 +15,7 @@ from kinegen.symbolic.inverse.recognise import Unknown, recognise
 from kinegen.symbolic.inverse.solutions import joint_values
 from kinegen.symbolic.inverse.solve import Target, solve
 from kinegen.symbolic.inverse.steps import Steps
+from kinegen.symbolic.inverse.thresholds import thresholds_of
 from kinegen.symbolic.signatures import parameter_symbols, signature
 from kinegen.symbolic.transforms import symbols
 
@@ -23,9 +25,9 @@ POSE = Array(f"base_T_{TOOL}", (4, 4), is_pose=True)
 def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     """All joint vectors that put the tool into a pose.
 
-    A branch is valid (1) where the target is within reach, within 1e-11 of it for the squared cosines of the elbow and
-    the waist, and every joint is within its limits, within 1e-7; else its number is 0 and its joint values mean
-    nothing: any number, or NaN. A valid branch holds no NaN. The attitude of the target must be a rotation.
+    A branch is valid (1) where the target is a pose within reach and every joint is within its limits, each as near as
+    `thresholds` says; else its number is 0 and its joint values mean nothing: any number, or NaN. A valid branch is
+    finite.
 
     Args:
         robot: The robot.
@@ -42,7 +44,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     rotation: tuple[Vector, ...] = tuple((row[0], row[1], row[2]) for row in names)
     position = (sp.Dummy("px", real=True), sp.Dummy("py", real=True), sp.Dummy("pz", real=True))
     tape = Tape()
-    steps = Steps(tape, family.axes.value)
+    steps = Steps(tape, family.axes.value, thresholds_of(family, reach(robot)))
     target = Target((rotation[0], rotation[1], rotation[2]), position)
     found = [joint_values(steps, solution) for solution in solve(steps, family, target)]
     branches = len(family.branches)

@@ -7,10 +7,10 @@ formulas want them, so that a rate may have changed its sign against the table.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import sympy as sp
 
+from kinegen.older import StrEnum
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes, JointAxis
 from kinegen.symbolic.inverse.exact import Rotation

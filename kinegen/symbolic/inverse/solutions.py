@@ -9,7 +9,7 @@ import sympy as sp
 
 from kinegen.symbolic.inverse.axes import JointAxis
 from kinegen.symbolic.inverse.exact import tidy
-from kinegen.symbolic.inverse.steps import ONE, WITHIN, ZERO, Angle, Steps
+from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps
 
 _ROUNDING = 1e-6
 
@@ -102,5 +102,6 @@ def _limited(steps: Steps, joint: JointAxis, value: sp.Expr, valid: sp.Expr) -> 
     low, high = joint.limits
     if joint.turns and high - low >= _turn(joint):
         return valid
-    above = steps.select(low - WITHIN, value, valid, ZERO)
-    return steps.select(value, high + WITHIN, above, ZERO)
+    room = steps.near.room(joint)
+    above = steps.select(low - room, value, valid, ZERO)
+    return steps.select(value, high + room, above, ZERO)

@@ -23,12 +23,11 @@ from kinegen.symbolic.inverse.solve_arm import (
     turn_waist,
     ways,
 )
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, PLANE, REACH, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TARGET
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
-_LOOSE = sp.Rational(1, 10**19)
-"""How far a hand may point elsewhere than the target says: the square of what that does to the rotation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +86,26 @@ def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
 
 
 def _sane(steps: Steps, family: Family, target: Target) -> sp.Expr:
-    """1 for a target of finite numbers, else 0."""
-    numbers = [*target.position, *(entry for row in target.rotation for entry in row)]
-    used = numbers if reads_attitude(family) else numbers[:3]
-    return steps.select(steps.name(sp.Add(*(number**2 for number in used))), _LARGEST, ONE, ZERO)
+    """1 for a target of finite numbers, whose rotation is one as far as it is read; else 0."""
+    lengths = (*target.position, *(parameter for parameter, _ in family.axes.defaults))
+    finite = steps.select(steps.name(sp.Add(*(length**2 for length in lengths))), _LARGEST, ONE, ZERO)
+    if not reads_attitude(family):
+        return finite
+    return steps.select(_off_rigid(steps, target.rotation), RIGID**2, finite, ZERO)
+
+
+def _off_rigid(steps: Steps, rotation: Rotation) -> sp.Expr:
+    """How far a matrix is from a proper rotation: the sum of the squares of what must be zero.
+
+    The first two columns have to be square on each other and of length 1, the third their cross product.
+    """
+    first, second, third = transposed(rotation)
+    off = [steps.name(steps.square(column) - 1) for column in (first, second)]
+    off.append(steps.name(sp.Add(*(steps.name(a * b) for a, b in zip(first, second, strict=True)))))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        across = steps.name(steps.name(first[i] * second[j]) - steps.name(first[j] * second[i]))
+        off.append(steps.name(third[k] - across))
+    return steps.name(sp.Add(*(entry**2 for entry in off)))
 
 
 def reads_attitude(family: Family) -> bool:
@@ -177,7 +192,7 @@ def _hold(
     roll, tilt, flange = held(steps, left, direction)
     skew = fixed(wrist.skew)
     apart = steps.square((direction[0] - wanted[0], direction[1] - wanted[1]))
-    fits = steps.select(apart * sine_of(steps, left) ** 2, _LOOSE, ONE, ZERO) if direction != wanted else ONE
+    fits = steps.select(apart * sine_of(steps, left) ** 2, LOOSE, ONE, ZERO) if direction != wanted else ONE
     bends = _bend_triple(steps, build, side, direction, is_left)
     return (roll, (tilt if sign > 0 else -tilt) - skew, flange), bends, fits
 
@@ -202,7 +217,7 @@ def _within_reach(steps: Steps, build: TripleArm, point: Planar, direction: Plan
     turned_hand = steps.times(point, (nearest, sine))
     real, imaginary = steps.times(turned_hand, (build.hand[0], -build.hand[1]))
     # What rounding put outside is left to the elbow, which has a tolerance for it.
-    slack = steps.name(REACH / 10 * upper * lower * scale)
+    slack = steps.name(TARGET / 10 * steps.near.condition * upper * lower * scale)
 
     def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
         return steps.select(cosine, least - slack, other, steps.select(most + slack, cosine, other, usual))

@@ -14,9 +14,11 @@ from kinegen.symbolic.inverse.exact import IDENTITY, Rotation, tidy
 from kinegen.symbolic.inverse.family import Arm, ColumnArm, ElbowArm, GantryArm, StrokeArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist
 from kinegen.symbolic.inverse.solutions import rest_angle
-from kinegen.symbolic.inverse.steps import ALIGNED, ONE, REACH, Angle, Steps, fixed
+from kinegen.symbolic.inverse.steps import ONE, Angle, Steps, fixed
+from kinegen.symbolic.inverse.thresholds import ALIGNED, BESIDE
 
-_BESIDE = sp.Rational(1, 10**6)
+_SLIGHT = sp.Rational(1, 10**11)
+"""What keeps the size of an arm of runtime lengths from zero."""
 
 Amounts = tuple[tuple[JointAxis, Angle | sp.Expr], ...]
 Vectors = tuple[Vector, ...]
@@ -137,10 +139,10 @@ def _guided(steps: Steps, swing: Swing, point: Planar, guide: Planar) -> Swing:
     inverse = steps.name(1 / steps.root(length))
     sided = steps.select(ahead, sp.S.Zero, -inverse, inverse)
     better = (steps.name(guide[0] * sided), steps.name(guide[1] * sided))
-    beside = steps.name(_BESIDE * steps.square(point))
+    beside = steps.name(BESIDE * steps.square(point))
 
     def chosen(other: sp.Expr, usual: sp.Expr) -> sp.Expr:
-        return steps.select(swing.along**2, beside, steps.select(_BESIDE, length, other, usual), usual)
+        return steps.select(swing.along**2, beside, steps.select(BESIDE, length, other, usual), usual)
 
     angle = steps.argument(better)
     return Swing(
@@ -173,7 +175,7 @@ def minus_named(steps: Steps, left: Vector, right: Vector) -> Vector:
 def arm_size(*lengths: sp.Expr) -> sp.Expr:
     """The sum of squares of lengths; not zero, whatever runtime lengths may become."""
     size = tidy(sp.Add(*(length**2 for length in lengths)))
-    return size + REACH if size.free_symbols else size or ONE
+    return size + _SLIGHT if size.free_symbols else size or ONE
 
 
 def turned_back(steps: Steps, direction: Planar, vectors: Vectors) -> Vectors:

@@ -16,18 +16,7 @@ from kinegen.symbolic.expressions import Tape
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.exact import Rotation, tidy
 from kinegen.symbolic.inverse.geometry import Planar
-
-REACH = sp.Rational(1, 10**11)
-"""How far a squared sine may be below zero, or a square below the least one, for a target still to be within reach."""
-ALIGNED = sp.Rational(1, 10**20)
-"""Squares below this, against that of the arm or of a unit vector, leave a direction free."""
-FLAT = sp.Rational(1, 10**14)
-"""Squared sines below this are rounding: the arm is stretched or folded."""
-WITHIN = sp.Rational(1, 10**7)
-"""How far outside its limits a joint may be found, in its own unit: where two branches meet, rounding turns joints by
-its square root, 2e-8."""
-PLANE = sp.Rational(1, 10**6)
-"""How far a target may be from what an arm of fewer than six joints can do: radians, or relative to the arm's size."""
+from kinegen.symbolic.inverse.thresholds import Thresholds
 
 ONE, ZERO = sp.S.One, sp.S.Zero
 
@@ -74,10 +63,12 @@ class Steps:
     Attributes:
         tape: Receives the intermediate values.
         value: An expression in runtime parameters at their values in the file.
+        near: The thresholds of the arm.
     """
 
     tape: Tape
     value: Callable[[sp.Expr], float]
+    near: Thresholds
 
     def name(self, expression: sp.Expr) -> sp.Expr:
         """Give an expression a name."""

@@ -8,7 +8,8 @@ import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.geometry import Planar, Wrist
-from kinegen.symbolic.inverse.steps import ALIGNED, HALF_TURN, ONE, Angle, Steps, fixed
+from kinegen.symbolic.inverse.steps import HALF_TURN, ONE, Angle, Steps, fixed
+from kinegen.symbolic.inverse.thresholds import ALIGNED
 
 Columns = tuple[Vector, Vector, Vector]
 

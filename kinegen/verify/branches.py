@@ -1,0 +1,203 @@
+"""The names of branches against what they mean: signs that the axes of the joints have in each solution.
+
+Axes are read off the Jacobian of the reference, at the solution itself, so that nothing here knows how it was found.
+Which way an axis points is what its family says: a joint may turn the other way than its axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.errors import ProofError
+from kinegen.robot.extent import reach
+from kinegen.robot.model import TOOL, Robot
+from kinegen.symbolic.inverse.axes import JointAxis
+from kinegen.symbolic.inverse.family import (
+    Arm,
+    ColumnArm,
+    ElbowArm,
+    Family,
+    FlatArm,
+    PointArm,
+    StrokeArm,
+    TripleArm,
+    WristArm,
+)
+from kinegen.symbolic.inverse.geometry import Waist, Wrist
+
+FloatArray = NDArray[np.float64]
+Truths = NDArray[np.bool_]
+
+DOUBTFUL = 1e-3
+"""Signs of smaller numbers are not looked at: lengths against the reach, and sines."""
+
+_WORDS = {
+    "shoulder left": ("shoulder", 1),
+    "shoulder right": ("shoulder", -1),
+    "elbow up": ("elbow", 1),
+    "elbow down": ("elbow", -1),
+    "stroke forward": ("stroke", 1),
+    "stroke backward": ("stroke", -1),
+    "wrist no-flip": ("wrist", 1),
+    "wrist flip": ("wrist", -1),
+}
+
+
+def require_names(
+    robot: Robot, package: ModuleType, family: Family, target: str, joints: FloatArray, solved: Truths
+) -> None:
+    """See that every solution stands in the branch whose name describes it.
+
+    Args:
+        robot: The robot.
+        package: Its package, which names the branches.
+        family: How the arm is built.
+        target: What was called.
+        joints: Solutions, shape (N, branches, dof).
+        solved: Which of them are valid, shape (N, branches).
+
+    Raises:
+        ProofError: Naming the first branch that holds another solution, or if there are too few names.
+    """
+    names = package.BRANCHES
+    if len(names) != joints.shape[1] or len(set(names)) != len(names):
+        raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
+    places = np.nonzero(solved)
+    rows = joints[places]
+    found = signs(robot, family, rows) if len(rows) else {}
+    for index, name in enumerate(names):
+        own = places[1] == index
+        for word in name.split(", "):
+            choice, wanted = _WORDS.get(word, ("", 0))
+            wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
+            if wrong.any():
+                place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
+                raise ProofError(f"{robot.name}: {target} has ({place}) in the branch '{name}', which is not {word}")
+
+
+def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
+    """For each choice that an arm has a number for each joint vector whose sign tells which one it is.
+
+    Args:
+        robot: The robot.
+        family: How it is built.
+        q: Joint vectors, shape (N, dof).
+
+    Returns:
+        By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
+    """
+    return dict(_signs(_Lines(robot, q), _Lines(robot, np.zeros((1, robot.dof))), family))
+
+
+class _Lines:
+    """The axes of all joints: directions and points, in the base frame."""
+
+    def __init__(self, robot: Robot, q: FloatArray) -> None:
+        jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
+        place = reference.pose(robot, q)[:, 0, :3, 3]
+        linear, angular = jacobian[:, :3].swapaxes(1, 2), jacobian[:, 3:].swapaxes(1, 2)
+        rates = np.linalg.norm(angular, axis=2, keepdims=True)
+        turns = rates > 0
+        self.directions = np.where(turns, angular, linear)
+        self.directions = self.directions / np.linalg.norm(self.directions, axis=2, keepdims=True)
+        lever = np.cross(angular, linear) / np.where(turns, rates, 1) ** 2
+        self.points = place[:, None] + np.where(turns, lever, 0)
+        self.tool, self.extent = place, reach(robot)
+
+    def direction(self, number: int) -> FloatArray:
+        """Of the axis of a joint, by its number from 1."""
+        found: FloatArray = self.directions[:, number - 1]
+        return found
+
+    def pointing(self, joint: JointAxis) -> FloatArray:
+        """The same, the way that the axis points, whichever way its joint turns."""
+        return self.direction(joint.number) * (1.0 if joint.rate > 0 else -1.0)
+
+    def from_axis(self, number: int, point: FloatArray) -> FloatArray:
+        """From an axis to points, across it."""
+        apart = point - self.points[:, number - 1]
+        return apart - _dot(apart, self.direction(number))[:, None] * self.direction(number)
+
+    def meeting(self, first: int, second: int) -> FloatArray:
+        """The point of one axis that is nearest to another."""
+        a, b = self.direction(first), self.direction(second)
+        apart = self.points[:, second - 1] - self.points[:, first - 1]
+        normal = np.cross(a, b)
+        along = _dot(np.cross(apart, b), normal) / (normal**2).sum(axis=1)
+        found: FloatArray = self.points[:, first - 1] + along[:, None] * a
+        return found
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    found: FloatArray = (a * b).sum(axis=-1)
+    return found
+
+
+def _signs(now: _Lines, zero: _Lines, family: Family) -> Iterator[tuple[str, FloatArray]]:
+    match family.build:
+        case PointArm(arm):
+            yield from _arm_signs(now, zero, arm, now.tool, zero.tool)
+        case WristArm(arm, wrist):
+            yield from _arm_signs(now, zero, arm, now.meeting(4, 5), zero.meeting(4, 5))
+            yield "wrist", _turned(now, wrist)
+        case FlatArm(turns):
+            first, second = turns[0].number, turns[1].number
+            carried = now.tool if len(turns) == 2 else now.points[:, turns[2].number - 1]
+            yield "elbow", _bent(now, first, second, carried, now.pointing(turns[0]))
+        case TripleArm(wrist=wrist):
+            other = 4 if wrist is None else 6
+            yield "shoulder", _side(now, zero, now.meeting(5, other), zero.meeting(5, other))
+            yield "elbow", _above(now, family.build.waist, now.meeting(5, other), now.points[:, 3])
+            if wrist is not None:
+                yield "wrist", _turned(now, wrist)
+
+
+def _arm_signs(
+    now: _Lines, zero: _Lines, arm: Arm, point: FloatArray, rest: FloatArray
+) -> Iterator[tuple[str, FloatArray]]:
+    if isinstance(arm, ElbowArm | StrokeArm):
+        yield "shoulder", _side(now, zero, point, rest)
+    if isinstance(arm, ElbowArm):
+        yield "elbow", _above(now, arm.waist, point, point)
+    if isinstance(arm, StrokeArm | ColumnArm):
+        turn = 2 if isinstance(arm, StrokeArm) else arm.turn.number
+        yield "stroke", _dot(now.from_axis(turn, point), now.pointing(arm.stroke)) / now.extent
+
+
+def _turned(lines: _Lines, wrist: Wrist) -> FloatArray:
+    """The sine of how far axis 6 is turned from axis 4 about axis 5."""
+    fourth, fifth, sixth = (lines.pointing(joint) for joint in wrist.joints)
+    return _dot(np.cross(fourth, sixth), fifth)
+
+
+def _side(now: _Lines, zero: _Lines, point: FloatArray, rest: FloatArray) -> FloatArray:
+    """How far a point is out on the side of the waist on which it is in the zero pose; NaN where it is on neither."""
+    start = _ahead(zero, rest)[0] / zero.extent
+    return _ahead(now, point) / now.extent * (np.sign(start) if abs(start) > DOUBTFUL else np.nan)
+
+
+def _ahead(lines: _Lines, point: FloatArray) -> FloatArray:
+    """How far a point is out along the common normal of axes 1 and 2."""
+    normal = np.cross(lines.direction(1), lines.direction(2))
+    return _dot(lines.from_axis(1, point), normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def _above(lines: _Lines, waist: Waist, reached: FloatArray, carried: FloatArray) -> FloatArray:
+    """How far axis 3 is above the line from axis 2 to what is carried, seen with what is reached on the right."""
+    outward = np.cross(lines.direction(1), lines.direction(2)) * np.sign(_ahead(lines, reached))[:, None]
+    upward = np.cross(lines.direction(2), np.cross(lines.pointing(waist.joint), lines.direction(2)))
+    return _bent(lines, 2, 3, carried, np.cross(outward, upward))
+
+
+def _bent(lines: _Lines, first: int, second: int, carried: FloatArray, viewer: FloatArray) -> FloatArray:
+    """How far one axis is to the left of the line from another one to what is carried, for a viewer above them."""
+    to_point, to_elbow = lines.from_axis(first, carried), lines.from_axis(first, lines.points[:, second - 1])
+    sizes = np.linalg.norm(to_point, axis=1) * np.linalg.norm(to_elbow, axis=1) * np.linalg.norm(viewer, axis=1)
+    turned = _dot(np.cross(to_point, to_elbow), viewer)
+    found: FloatArray = np.divide(turned, sizes, out=np.zeros_like(turned), where=sizes > 0)
+    return found

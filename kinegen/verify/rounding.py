@@ -1,0 +1,145 @@
+"""What rounding does to a program at given inputs: every operation is off by a unit, in random directions.
+
+In: a `Program`, inputs, the facts of a number type. Out: its results, several times, each time rounded in another way.
+How far these are from one another shows what the type can give at these very inputs: near a dead centre or a
+singularity as far as there, and for sums of large angles (J. Vignes, Discrete stochastic arithmetic for validating
+results of numerical software, Numerical Algorithms 37, 2004). Each operation is moved by the largest error that it can
+have, whereas a real one is off by less, so that the spread is above that of real errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinegen.ir.bounds import NumberType
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+
+FloatArray = NDArray[np.float64]
+
+TRIALS = 16
+"""How often a program is rounded anew."""
+
+_BLOCK = 2048
+"""Configurations that are computed at a time, so that long programs take little memory."""
+
+_SIGNS = 1 << 16
+_ARC_TANGENT = 4
+"""Units by which the arc tangent is moved; the emitted ones are within three."""
+
+_EXACT = (Operator.NEG, Operator.SELECT_LT)
+"""What rounds nothing."""
+
+
+def rounded_trials(
+    program: Program, inputs: FloatArray, parameters: Mapping[str, Fraction], real: NumberType, seed: int
+) -> Iterator[FloatArray]:
+    """Evaluate a program with many roundings.
+
+    Args:
+        program: The program.
+        inputs: Its inputs in their order, shape (N, inputs); numbers of the type.
+        parameters: Values of the runtime parameters.
+        real: The number type.
+        seed: Of the directions in which operations are rounded.
+
+    Yields:
+        Results of shape (N, outputs), NaN where an angle is beyond what sines are computed of: first as float64 gives
+        them, then `TRIALS` times with other roundings.
+    """
+    generator = np.random.default_rng(seed)
+    for trial in range(1 + TRIALS):
+        signs = generator.choice((-1.0, 1.0), _SIGNS) if trial else None
+        run = _Run(program, parameters, real, signs)
+        yield np.concatenate([run.results(inputs[start : start + _BLOCK]) for start in range(0, len(inputs), _BLOCK)])
+
+
+class _Run:
+    """One evaluation; without signs, as float64 rounds."""
+
+    def __init__(
+        self, program: Program, parameters: Mapping[str, Fraction], real: NumberType, signs: FloatArray | None
+    ) -> None:
+        self._program, self._parameters, self._real, self._signs = program, parameters, real, signs
+        self._unit = float(real.unit)
+        self._place = 0
+        self._last_use = _last_uses(program)
+        self._constants: dict[Constant, float] = {}
+
+    def results(self, inputs: FloatArray) -> FloatArray:
+        """Results for some inputs, shape (N, outputs)."""
+        known: dict[str, FloatArray] = {}
+        columns = list(inputs.T)
+        with np.errstate(all="ignore"):
+            for place, statement in enumerate(self._program.statements):
+                operands = [self._operand(operand, columns, known) for operand in statement.operands]
+                known[statement.name] = self._rounded(statement, operands, len(inputs))
+                for name in self._last_use.get(place, ()):
+                    del known[name]
+            outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
+        return np.stack([np.broadcast_to(output, len(inputs)) for output in outputs], axis=1)
+
+    def _operand(self, operand: Operand, columns: Sequence[FloatArray], known: Mapping[str, FloatArray]) -> Any:
+        match operand:
+            case Temporary(name):
+                return known[name]
+            case Variable(index):
+                return columns[index]
+            case RuntimeParameter(name):
+                return self._constant(Constant(self._parameters[name]))
+            case Constant():
+                return self._constant(operand)
+
+    def _constant(self, operand: Constant) -> float:
+        """A constant; one that the type does not hold is a unit off, always to the same side in one evaluation."""
+        if operand not in self._constants:
+            value = float(operand.value)
+            if self._signs is not None and self._real.nearest(operand.value) != operand.value:
+                value *= 1 + self._unit * float(self._signs[hash(operand.value) % _SIGNS])
+            self._constants[operand] = value
+        return self._constants[operand]
+
+    def _rounded(self, statement: Statement, operands: Sequence[Any], count: int) -> FloatArray:
+        value = _OPERATIONS[statement.operator](*operands)
+        if statement.operator in (Operator.SIN, Operator.COS):
+            value = np.where(np.abs(operands[0]) <= self._real.angle_limit, value, np.nan)
+        if self._signs is None or statement.operator in _EXACT:
+            return np.asarray(value)
+        # The directions are a fixed random sequence, read from a place that moves on with every operation.
+        self._place = (self._place + 7919) % (_SIGNS - count)
+        signs = self._signs[self._place : self._place + count]
+        if statement.operator in (Operator.SIN, Operator.COS):
+            return np.asarray(value + max(self._real.sine_error, self._unit) * signs)
+        unit = _ARC_TANGENT * self._unit if statement.operator is Operator.ATAN2 else self._unit
+        return np.asarray(value * (1 + unit * signs))
+
+
+def _last_uses(program: Program) -> dict[int, list[str]]:
+    """The temporaries that are not needed after a statement, by its place."""
+    kept = {operand.name for operand in program.outputs if isinstance(operand, Temporary)}
+    last: dict[str, int] = {}
+    for place, statement in enumerate(program.statements):
+        last |= {operand.name: place for operand in statement.operands if isinstance(operand, Temporary)}
+    found: dict[int, list[str]] = {}
+    for name, place in last.items():
+        if name not in kept:
+            found.setdefault(place, []).append(name)
+    return found
+
+
+_OPERATIONS: Mapping[Operator, Any] = {
+    Operator.ADD: np.add,
+    Operator.SUB: np.subtract,
+    Operator.MUL: np.multiply,
+    Operator.DIV: np.divide,
+    Operator.NEG: np.negative,
+    Operator.SIN: np.sin,
+    Operator.COS: np.cos,
+    Operator.SQRT: np.sqrt,
+    Operator.ATAN2: lambda y, x: np.arctan2(y + 0.0, x + 0.0),  # zeros have no sign
+    Operator.SELECT_LT: lambda a, b, x, y: np.where(np.less(a, b), x, y),
+}

@@ -1,0 +1,103 @@
+"""Ways to call: layouts, tails, strides, blocks, threads, arrays for the result, number types, and variants."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.sabotage.case import Sabotage
+
+BATCH, BATCH_F32 = "puma560_batch.c", "puma560_f32_batch.c"
+FK, FK_F32 = "void puma560_fk_batch(", "void puma560_f32_fk_batch("
+LATE = r"for (int i = 0; i < count; i++) if (start > 0 && layout == 0) t[3][i] = 0;\n        \g<0>"
+
+_BATCHES = (
+    ("a joint stride that is ignored", BATCH, r"1 \* q_joint", "1", "puma560_fk_tile("),
+    ("a configuration stride that is ignored", BATCH, r"i \* q_pose \+ 2", "i * 6 + 2", "puma560_fk_tile("),
+    ("the joint stride of a tail", BATCH, r"first \+ number \* joint", "first + number", ""),
+    ("the configuration stride of a tail", BATCH, r"from\[i \* pose\]", "from[i]", ""),
+    ("a tail that is 1e-6 off", BATCH, r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> + 1e-6", ""),
+    ("a tail that is NaN", BATCH, r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> * (count < 16 ? 0.0 / 0.0 : 1)", ""),
+    ("a tail of one", BATCH, r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> + (count == 1)", ""),
+    ("a tail of fifteen", BATCH, r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> + (count == 15)", ""),
+    ("the last of a tail is not written", BATCH, r"\(int\)left : TILE;\n        const ptrdiff_t",
+     "(int)left - 1 : TILE;\n        const ptrdiff_t", FK),
+    ("the second tile", BATCH, r"if \(layout == 2\) \{", LATE, FK),
+    ("a tail in the joint-major layout", BATCH, r"to\[i\] = t\[row\]\[i\];\n            \}\n        \} else \{(.*?)to\[i\] = ",
+     r"to[i] = t[row][i];\n            }\n        } else {\1to[i] = -", "void store_rows("),
+    ("the stride of results", BATCH, r"\(results, 1, count, base_T_tool \+ first \* base_T_tool_stride, base_T_tool_stride, 1",
+     "(results, 1, count, base_T_tool + first * base_T_tool_stride, 16, 1", FK),
+)  # fmt: skip
+
+_RUNTIME = (
+    ("threads leave out a block", "_threads.py", r"work\(\*block\)",
+     "threading.current_thread() is threading.main_thread() and work(*block)"),
+    ("a long batch is cut wrong", "_kernel.py", r"array\[start : start \+ step\]",
+     "array[start - (start > 0) : start - (start > 0) + step]"),
+    ("out= is not written", "_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(out.copy()), 0)"),
+    ("bound arrays are copied", "_engines.py", r"from_buffer\(items, array\)", "from_buffer(items, array.copy())"),
+    ("the copy of other types is turned round", "_engines.py", r'np\.array\(array, real, order="C"\)',
+     'np.array(array[..., ::-1], real, order="C")'),
+    ("results of the copy are not brought back", "_engines.py", r"array\[\.\.\.\] = buffer", "array[...] = 0"),
+    ("float16 is rounded once more", "_engines.py", r'np\.array\(array, real, order="C"\)',
+     'np.round(np.array(array, real, order="C"), 3)'),
+    ("the NumPy form in blocks", "_engines.py", r"return rows\n", "return rows[:, ::-1]\n"),
+    ("the last rows of the NumPy form", "_engines.py", r"\(0\.0, 0\.0, 0\.0, 1\.0\)", "(0.0, 0.0, 1.0, 0.0)"),
+    ("one row for all", "_kernel.py", r"np\.broadcast_to\(array, shape\)", "np.resize(array, shape) * 1.001"),
+)  # fmt: skip
+
+_OTHERS = (
+    ("positions are zeros from the second tile on", "puma560", "position", BATCH, r"if \(layout == 2\) \{",
+     LATE.replace("t[3]", "t[2]"), "double"),
+    ("positions of floats have the wrong sign", "puma560", "position", BATCH_F32,
+     r"out\[i \* out_stride \+ row\] = t", "out[i * out_stride + row] = -t", "float"),
+    ("frames of floats in the second tile", "puma560", "frames", BATCH_F32, r"if \(layout == 2\) \{", LATE, "float"),
+    ("Jacobians of floats in the second tile", "puma560", "jacobian", BATCH_F32, r"if \(layout == 2\) \{", LATE, "float"),
+    ("Jacobians in the second tile", "puma560", "jacobian", BATCH, r"if \(layout == 2\) \{", LATE, "double"),
+    ("poses of actuators in the second tile", "palletiser", "fk_actuators", "palletiser_batch.c",
+     r"if \(layout == 2\) \{", LATE, "double"),
+    ("the second result in the joint-major layout", "puma560", "fk_jacobian", BATCH, r"store_rows(\w*)\(results \+ 12",
+     r"store_rows\1(results + 11", "double"),
+    ("rates with a stride", "puma560", "twist", BATCH, r"1 \* qd_joint", "1", "double"),
+    ("the strides of a pose", "puma560", "inverse_pose", BATCH, r"a_T_b\[i \* a_T_b_pose", "a_T_b[i * 16", "double"),
+)  # fmt: skip
+
+VARIANTS = {
+    "baseline": "!defined(__AVX2__)",
+    "avx2": "defined(__AVX2__) && !defined(__AVX512F__)",
+    "avx512": "defined(__AVX512F__)",
+}
+"""When the compiler makes a variant."""
+
+
+def _can_run(variant: str) -> bool:
+    """Whether this processor has it; what it cannot run here cannot be compared either."""
+    words = Path("/proc/cpuinfo").read_text(encoding="utf-8").split() if Path("/proc/cpuinfo").exists() else []
+    return variant == "baseline" or {"avx2": "avx2", "avx512": "avx512vl"}[variant] in words
+
+
+CASES = (
+    *(
+        Sabotage(f"calls: {name}", "puma560", "pose", file, old, new, real="double", after=after)
+        for name, file, old, new, after in _BATCHES
+    ),
+    *(Sabotage(f"calls: {name}", "puma560", "pose", file, old, new, real="both") for name, file, old, new in _RUNTIME),
+    *(
+        Sabotage(f"calls: {name}", robot, outputs, file, old, new, real=real)
+        for name, robot, outputs, file, old, new, real in _OTHERS
+    ),
+    *(
+        Sabotage(
+            f"variants: a length of {real}, {variant} alone",
+            "puma560",
+            "pose",
+            file,
+            rf"const {real} t0 = c2 \* 0\.4318(F?);",
+            rf"\n#if {condition}\n const {real} t0 = c2 * 0.4319\1;\n#else\n\g<0>\n#endif\n",
+            real=real,
+            options=("--portable",),
+        )
+        for variant, condition in VARIANTS.items()
+        if _can_run(variant)
+        for real, file in (("double", BATCH), ("float", BATCH_F32))
+    ),
+)

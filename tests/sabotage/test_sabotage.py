@@ -1,0 +1,46 @@
+"""Every alteration of the emitted text is refused, and the untouched text passes; `make test-sabotage` runs this."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from kinegen.errors import KinegenError
+from tests.sabotage.case import Sabotage, Setting
+from tests.sabotage.workshop import attempt
+
+pytestmark = pytest.mark.sabotage
+
+MODULES = sorted(path.stem for path in Path(__file__).parent.glob("cases_*.py"))
+CASES: tuple[Sabotage, ...] = tuple(case for name in MODULES for case in import_module(f"tests.sabotage.{name}").CASES)
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is remembered of other runs; what one attempt compiled may serve the next."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "user-cache"))
+    monkeypatch.delenv("CC", raising=False)
+
+
+@pytest.mark.parametrize("setting", dict.fromkeys(case.setting for case in CASES), ids=str)
+def test_untouched_text_passes(setting: Setting, tmp_path: Path) -> None:
+    attempt(setting, tmp_path)
+
+    assert any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+def test_altered_text_is_refused(case: Sabotage, tmp_path: Path) -> None:
+    with pytest.raises(KinegenError) as caught:
+        attempt(case.setting, tmp_path, case)
+
+    assert isinstance(caught.value, case.errors), caught.value
+    assert re.search(case.message, str(caught.value)), caught.value
+    assert not any(tmp_path.iterdir()), "something was written"
+
+
+def test_every_alteration_has_a_name_of_its_own() -> None:
+    assert len({case.name for case in CASES}) == len(CASES)

@@ -1,0 +1,136 @@
+"""Builds with altered text: the build of the product, in which the emitted files are exchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinegen import build as builds
+from kinegen.build import build
+from kinegen.cli import main
+from kinegen.emit.files import Emitted, stamp_of
+from kinegen.emit.reals import Real
+from kinegen.native.flags import Flags
+from kinegen.results import BuildOptions, Stage
+from tests.sabotage.case import Sabotage, Setting
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = (ROOT / "robots", Path(__file__).parent / "robots")
+
+QUICK = Flags(march=None, contraction=False, optimisation="1")
+"""How kernels are compiled where it does not matter."""
+
+
+def attempt(setting: Setting, output: Path, case: Sabotage | None = None) -> None:
+    """Build a robot, with an alteration or without one.
+
+    Args:
+        setting: What is built.
+        output: Where to.
+        case: The alteration.
+
+    Raises:
+        KinegenError: If the build refuses.
+        AssertionError: If no file was altered.
+    """
+    made, stages = _made(setting), list[Stage]()
+    touched: list[str] = []
+
+    def alter(files: Mapping[str, str]) -> dict[str, str]:
+        found = dict(files) if case is None else case.applied(files)
+        touched.extend(name for name, text in found.items() if text is not files[name])
+        return found
+
+    try:
+        with _emitting(made, alter):
+            build(made.path, replace(made.options, output=output), stages.append)
+    finally:
+        assert case is None or touched, f"{case.name}: no emitted file is called {case.file}"
+
+
+@contextmanager
+def _emitting(made: _Made, alter: Callable[[Mapping[str, str]], dict[str, str]]) -> Iterator[None]:
+    """Let the build find its text made before, and altered."""
+    project = builds.emit_project
+
+    def files(*_: object) -> Emitted:
+        return restamped(made.emitted, alter(made.emitted.files))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(builds, "_programs", lambda *_: made.programs)
+        patch.setattr(builds, "compute_vectors", lambda *_: made.vectors)
+        patch.setattr(builds, "emit_files", files)
+        patch.setattr(builds, "emit_integers", lambda _: replace(made.integers, files=alter(made.integers.files)))
+        patch.setattr(builds, "emit_project", lambda *given: alter(project(*given)))
+        patch.setattr(builds, "can_measure", lambda: False)
+        yield
+
+
+def restamped(emitted: Emitted, files: Mapping[str, str]) -> Emitted:
+    """The files as an emitter would have made them: with the digest of their sources."""
+    sources = {name: files[name] for name in emitted.sources}
+    stamp = stamp_of(sources)
+    return Emitted(sources, {name: text.replace(emitted.stamp, stamp) for name, text in files.items()}, stamp)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """What all attempts at one setting share, each part made when it is first asked for."""
+
+    path: Path
+    options: BuildOptions
+
+    @cached_property
+    def programs(self) -> Any:
+        return builds._programs(self.path, self.options, builds._Clock(self.path, lambda _: None))
+
+    @cached_property
+    def vectors(self) -> Any:
+        return builds.compute_vectors(self.programs[0])
+
+    @cached_property
+    def emitted(self) -> Emitted:
+        return builds.emit_files(self.programs[0], self.options.reals, self.vectors)
+
+    @cached_property
+    def integers(self) -> Any:
+        return builds.emit_integers(self.programs[0])
+
+    def make_all(self) -> None:
+        """Make every part now, before anything is exchanged."""
+        assert self.emitted
+        assert not self.options.integers or self.integers
+
+
+@cache
+def _made(setting: Setting) -> _Made:
+    made = _Made(_robot_file(setting.robot), options_of(setting))
+    made.make_all()
+    return made
+
+
+def _robot_file(stem: str) -> Path:
+    return next(path for folder in FOLDERS if (path := folder / f"{stem}.yaml").exists())
+
+
+def options_of(setting: Setting) -> BuildOptions:
+    """The options of a build, as `kinegen build` reads them."""
+    found: list[BuildOptions] = []
+
+    def take(_files: object, options: BuildOptions, **_: object) -> int:
+        found.append(options)
+        return 0
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("kinegen.cli.build._build_all", take)
+        words = ("--outputs", setting.outputs, "--real", setting.real, *setting.options)
+        assert main(["build", str(_robot_file(setting.robot)), *words]) == 0
+    (options,) = found
+    assert set(options.reals) <= set(Real)
+    return replace(options, flags=QUICK) if options.flags == Flags() else options
