@@ -66,7 +66,10 @@ static Quick *quick_of(PyObject *self)
 static PyObject *call_base(PyObject *self, PyObject *args, PyObject *named)
 {
     PyObject *const base = (PyObject *)PyType_GetSlot(Py_TYPE(self), Py_tp_base);
-    PyObject *const function = PyObject_GetAttrString(base, "__call__"), *result = NULL;
+    /* The name is always the same object, since Python remembers what it looked up by the address of the name. */
+    PyObject *const name = PyUnicode_InternFromString("__call__");
+    PyObject *const function = name == NULL ? NULL : PyObject_GetAttr(base, name);
+    PyObject *result = NULL;
     const Py_ssize_t count = PyTuple_Size(args);
     PyObject *const all = function == NULL ? NULL : PyTuple_New(count + 1);
     if (all != NULL) {
@@ -81,6 +84,7 @@ static PyObject *call_base(PyObject *self, PyObject *args, PyObject *named)
         Py_DECREF(all);
     }
     Py_XDECREF(function);
+    Py_XDECREF(name);
     return result;
 }
 
