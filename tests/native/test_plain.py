@@ -10,7 +10,7 @@ import pytest
 
 from kinegen.native.flags import Flags
 from kinegen.outputs import parse_quantity
-from tests.builds.workshop import make
+from tests.builds.workshop import ARM, make, write_robot
 from tests.native.conftest import SAMPLES, needs_compiler
 
 pytestmark = needs_compiler
@@ -104,3 +104,28 @@ def test_variants_are_chosen_without_cffi(tmp_path: Path) -> None:
     code += "os.environ['KINEGEN_VARIANT'] = 'baseline'; import planar_3r; print(planar_3r.fk.variant)"
 
     assert run(code, tmp_path).startswith("baseline")
+
+
+RELOAD = """
+import importlib, shutil, sys
+from pathlib import Path
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+import arm
+before = arm.fk
+place = Path(arm.__file__).parent
+shutil.rmtree(place)
+shutil.copytree(sys.argv[2], place)
+importlib.reload(arm)
+print(arm.backend, arm.fk(np.zeros(2))[2, 3], before(np.zeros(2))[2, 3])
+"""
+
+
+def test_a_rebuilt_package_is_reloaded_without_cffi(tmp_path: Path) -> None:
+    for folder, length in (("old", "0.25"), ("new", "0.75")):
+        robot = write_robot(tmp_path, ARM.replace("d: 0.25", f"d: {length}"))
+        make(robot, tmp_path / folder)
+
+    printed = run("import sys\n" + BLOCK + RELOAD, tmp_path / "old", tmp_path / "new" / "arm")
+
+    assert printed.split() == ["c", "0.75", "0.25"]

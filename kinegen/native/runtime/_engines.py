@@ -222,13 +222,15 @@ def _load(path: Path, stamp: str) -> Any:
         raise ImportError("it serves CPython with NumPy 1 or 2")
     try:
         native = importlib.import_module(f"{__package__}._native")
+        if _stamp(native) != stamp:
+            native = _load_again(_fresh_name(path), f"{__package__}._native")
     except ImportError as error:
         if "cffi" not in str(error):
             raise
-        native = _without_cffi(path, error)
-    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
-        native = _load_again(path, f"{__package__}._native")
-    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
+        native = _without_cffi(str(path), error)
+        if _stamp(native) != stamp:
+            native = _without_cffi(_fresh_name(path), error)
+    if _stamp(native) != stamp:
         raise ImportError("it was built from other sources")
     if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
         which = f"it has no variant {wanted!r} that this processor can run"
@@ -236,21 +238,31 @@ def _load(path: Path, stamp: str) -> Any:
     return native
 
 
-def _load_again(path: Path, name: str) -> Any:
-    """The extension that is there now, where Python and the system remember an earlier one by its path.
+def _stamp(native: Any) -> str:
+    """The digest of the sources that an extension was built from."""
+    return str(native.ffi.string(native.lib.kinegen_stamp()).decode())
+
+
+def _fresh_name(path: Path) -> str:
+    """A path to the file that is there now, where Python and the system remember an earlier one by its path.
 
     Each version of the file gets a path of its own to the same place, with the bits of its number and time in it.
     """
     status = path.stat()
     bits = "".join("/." if bit == "1" else "//" for bit in f"{status.st_ino ^ status.st_mtime_ns:b}")
-    spec: Any = importlib.util.spec_from_file_location(name, f"{path.parent}{bits}/{path.name}")
+    return f"{path.parent}{bits}/{path.name}"
+
+
+def _load_again(path: str, name: str) -> Any:
+    """The extension at a path, in place of the one that was imported before."""
+    spec: Any = importlib.util.spec_from_file_location(name, path)
     native = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(native)
     sys.modules[name] = native
     return native
 
 
-def _without_cffi(path: Path, missing: ImportError) -> Any:
+def _without_cffi(path: str, missing: ImportError) -> Any:
     """The same functions through ctypes, which Python brings along but for a few builds of it."""
     try:
         plain = importlib.import_module(f"{__package__}._plain")

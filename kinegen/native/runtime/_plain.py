@@ -6,7 +6,6 @@ A call takes about a microsecond longer. The extension itself says which functio
 from __future__ import annotations
 
 import ctypes
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,7 +49,7 @@ class Memory:
         return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def open_library(path: Path) -> Any:
+def open_library(path: str) -> Any:
     """Open the extension as a plain shared library.
 
     Args:
@@ -63,7 +62,7 @@ def open_library(path: Path) -> Any:
         OSError: If it cannot be opened.
         AttributeError: If it lacks a function.
     """
-    library = ctypes.CDLL(str(path))
+    library = ctypes.CDLL(path)
     library.kinegen_signatures.restype = ctypes.c_char_p
     functions, structs = {}, {}
     for line in library.kinegen_signatures().decode().splitlines():
