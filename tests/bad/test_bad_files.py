@@ -95,7 +95,7 @@ MADE = {
         GOOD.encode() + "description: Stäubli\n".encode("latin-1"),
         "made.yaml:7: byte 0xe4 is not UTF-8 text (save the file as UTF-8)",
     ),
-    "utf 16": (GOOD.encode("utf-16"), "made.yaml: this is a binary file; a robot file is UTF-8 text"),
+    "utf 16": (GOOD.encode("utf-16"), "made.yaml: this is UTF-16 text; save the file as UTF-8"),
     "ten megabytes": (
         GOOD.encode() + b"# padding\n" * 1_000_000,
         "made.yaml: the file is larger than 256 KiB, too large for a robot file",

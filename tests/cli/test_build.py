@@ -96,6 +96,8 @@ def test_the_proof_is_a_table_with_units_and_places(two: str, out: Path, capsys:
     assert [line.split("  ")[2] for line in lines if line.endswith("holds")] == [
         "NumPy double",
         "NumPy float",
+        "NumPy double, beyond limits",
+        "NumPy float, beyond limits",
         "NumPy double, 50 digits",
     ]
     assert re.search(
@@ -215,7 +217,7 @@ def test_json_has_stable_keys(two: str, out: Path, capsys: pytest.CaptureFixture
     assert {tuple(each) for each in entry["files"]} == {("path", "status")}
     assert [stage["name"] for stage in entry["stages"]] == STAGES
     assert {tuple(each) for each in entry["proof"]["comparisons"]} == {
-        ("target", "quantity", "poses", "holds", "worst", "frame", "position", "rotation"),
+        ("target", "quantity", "real", "poses", "holds", "share", "worst", "frame", "position", "rotation"),
     }
     assert entry["proof"]["holds"] is True
 
@@ -347,7 +349,11 @@ def test_compiled_kernels_are_proved_in_every_way(two: str, out: Path, capsys: p
     if entry["backend"] == "numpy":
         assert entry["notes"]
         pytest.skip(entry["notes"][0])
+    layouts = ("", ", batch", ", batch 3x4", ", batch joint_major")
+    forms = [*(f"C {{}}{layout}" for layout in layouts), "NumPy {}"]
+    beyond = [f"{form}, beyond limits" for form in ("C {}", "C {}, batch", "NumPy {}")]
     assert targets == [
-        *("C double", "C double, batch", "NumPy double", "C float", "C float, batch", "NumPy float"),
+        *(form.format(real) for real in ("double", "float") for form in forms),
+        *(form.format(real) for real in ("double", "float") for form in beyond),
         "C double, 50 digits",
     ]

@@ -18,7 +18,17 @@ from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 
-FLOATS = Arithmetic(float, math.pi, {"sqrt": lambda value: math.sqrt(max(value, 0.0))})
+FLOATS = Arithmetic(
+    float,
+    math.pi,
+    {
+        "sqrt": lambda value: math.sqrt(max(value, 0.0)),
+        "asin": lambda value: math.asin(min(1.0, max(-1.0, value))),
+        "acos": lambda value: math.acos(min(1.0, max(-1.0, value))),
+        "atan": math.atan,
+        "atan2": math.atan2,
+    },
+)
 ROBOTS = {path.stem: path for path in sorted((Path(__file__).resolve().parents[2] / "robots").glob("*.yaml"))}
 SEED_NAMES = ("puma560", "hand", "scara_hd", "screw", "motoman_l3", "palletiser", "differential_wrist")
 SEEDS = [yaml.safe_load(ROBOTS[name].read_text(encoding="utf-8")) for name in SEED_NAMES]

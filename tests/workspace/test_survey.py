@@ -158,7 +158,7 @@ def test_voxels_that_make_no_sense_are_refused(voxel: float, message: str) -> No
 
 def test_values_beyond_the_kernel_are_refused() -> None:
     with pytest.raises(KinegenError, match="expected limits of a few turns"):
-        arms.surveyed(arms.CIRCLE.replace("a: 0.5", "limits: [0, 1e13], a: 0.5"))
+        arms.surveyed(arms.TWO_LINKS.replace("theta: q,", "theta: q, limits: [0, 5e6],"))
 
 
 @pytest.mark.parametrize("samples", [0, -1, MOST_SAMPLES + 1])
