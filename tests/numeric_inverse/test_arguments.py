@@ -20,7 +20,7 @@ BACKENDS = pytest.mark.parametrize("backend", ["c", "numpy"])
         (
             {"params": (0.35, 0.31)},
             TypeError,
-            "numeric_inverse: params is given, but the robot has no runtime parameters",
+            "params is given, but the robot has no runtime parameters",
         ),
         ({"restarts": -1}, ValueError, "restarts is -1, expected 0 to 2147483647"),
         ({"restarts": 1.5}, TypeError, "restarts is of type float, expected an integer"),

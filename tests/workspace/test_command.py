@@ -231,7 +231,7 @@ def test_what_cannot_be_done_is_said_in_a_line(
         (["--samples", "many"], "'many' is not a number"),
         (
             ["--plane", "y=0"],
-            "--plane chooses what --slices draws; name its file with --slices; see 'kinegen workspace --help'",
+            "name its file with --slices; see 'kinegen workspace --help'",
         ),
         (["--plane", "0"], "'0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
         (["--plane", "xy=0"], "'xy=0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
