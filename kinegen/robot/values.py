@@ -1,6 +1,6 @@
 """Values of closed expressions with 50 digits, to refuse what no robot can have: roots of negatives, huge numbers.
 
-Nothing computed here goes into a robot; the exact expressions do.
+Nothing computed here goes into the frames of a robot; the exact expressions do. Limits of joints are printed from it.
 """
 
 from __future__ import annotations

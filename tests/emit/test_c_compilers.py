@@ -186,10 +186,13 @@ def test_the_prefix_of_every_public_name_is_the_robots(name: str, real: Real, fo
     stem = prefix(name, real)
     for header in (f"{stem}.h", f"{stem}_batch.h", f"{stem}_vectors.h"):
         text = (folder / header).read_text(encoding="utf-8")
-        declared = re.findall(r"^(?:void|double|float|extern const \w+|static const \w+) (\w+)", text, re.MULTILINE)
+        declared = re.findall(r"^(?:void|int|double|float|extern const \w+|static const \w+) (\w+)", text, re.MULTILINE)
         macros = re.findall(r"^#define (\w+)", text, re.MULTILINE)
 
-        assert [symbol for symbol in declared if not symbol.startswith(f"{stem}_")] == []
+        # Constants are in capitals, whether they are macros or arrays.
+        constants = [symbol for symbol in declared if symbol.isupper()]
+        assert all(symbol.startswith(f"{stem.upper()}_") for symbol in constants)
+        assert [symbol for symbol in declared if not symbol.startswith(f"{stem}_")] == constants
         assert [
             symbol for symbol in macros if not symbol.startswith((f"{name.upper()}_", f"KINEGEN_{name.upper()}_"))
         ] == []

@@ -46,6 +46,23 @@ def test_limits_are_the_next_numbers_outside(real: Real) -> None:
     assert turn[1] >= np.deg2rad(170)
 
 
+@pytest.mark.parametrize("real", Real)
+@pytest.mark.parametrize(("low", "high", "expected"), [("-sqrt(0.25)", "sqrt(2)*sqrt(8)", (-0.5, 4.0)),
+                                                       ("sqrt(2)*sqrt(2) - 2", "sqrt(2)", (0.0, None))])  # fmt: skip
+def test_roots_that_are_numbers_of_the_type_are_not_moved(
+    real: Real, low: str, high: str, expected: tuple[float, float | None]
+) -> None:
+    text = ARM.replace("limits: [-0.1, 0.35]", f"limits: [{low}, {high}]")
+    _, _, slide = joint_limits(loads(text, "arm.yaml"), real)
+
+    assert slide is not None
+    assert slide[0] == expected[0]
+    if expected[1] is not None:
+        assert slide[1] == expected[1]
+    else:
+        assert Fraction(slide[1]) ** 2 > 2
+
+
 def test_printed_limits_hold_all_that_is_between_the_limits() -> None:
     first, _, third = joint_lines(loads(ARM, "arm.yaml"))
 

@@ -23,6 +23,8 @@ TYPES = {
 }
 _WORD = re.compile(r"\s*(\d+u?|0x[0-9A-F]+u|[A-Za-z_]\w*(?:->\w+)?(?:\[\d+\])*|>>|<=|[-+*/&~<?:(),])")
 _FUNCTION = re.compile(r"^(?:static )?(?:inline )?(\w+) (\w+)\(([^)]*)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
+_REFUSAL = re.compile(r"^#if .*\n#error .*\n#endif$", re.MULTILINE)
+"""A check of the header, which compilers carry out."""
 _FORMS = {
     "declaration": r"const (\w+) (\w+) = (.*)",
     "store": r"\*?(\w+(?:\[\d+\])*) = (.*)",
@@ -235,6 +237,7 @@ def load(source: str, *, split: bool) -> Machine:
         split: Whether products are made of 16-bit halves.
     """
     text = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
+    text = _REFUSAL.sub("", text)
     if "#else" in text:
         before, halves, whole, after = re.split(r"^#if .*$|^#else$|^#endif$", text, flags=re.MULTILINE)
         text = before + (halves if split else whole) + after

@@ -59,8 +59,10 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
     load: Loader, backend: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A whole call but for the arithmetic, joint-major, where the number of configurations is the longer axis."""
-    kernel, seen = load("chain", backend).fk, []
-    n = 2**32 + 3
+    module, seen = load("chain", backend), []
+    kernel, n = module.fk, 2**32 + 3
+    # The rows of the result lie over each other here, so that they take no memory.
+    monkeypatch.setattr(sys.modules[f"{module.__name__}._kernel"], "_overlaps_itself", lambda _: False)
     monkeypatch.setattr(kernel._engine, "block", 1 << 24)
     monkeypatch.setattr(kernel._engine, "fill", lambda *arguments: seen.append(arguments[-1][-1].shape))
     q = np.broadcast_to(np.zeros((3, 1)), (3, n))
@@ -69,3 +71,13 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
     assert kernel(q, out=out, threads=2, layout="joint_major") is out
     assert sum(shape[0] for shape in seen) == n
     assert {shape[1:] for shape in seen} == {(12,)}
+
+
+@pytest.mark.parametrize(("step", "expected"), [(2**32 + 3, False), (2**32 + 2, True), (3, True)])
+def test_rows_beyond_32_bits_that_overlap_are_noticed(load: Loader, step: int, expected: bool) -> None:
+    """Addresses alone, of memory that is not there."""
+    kernel = sys.modules[f"{load('chain', 'numpy').__name__}._kernel"]
+
+    found = kernel._overlaps_itself(as_strided(np.zeros(1), (12, 2**32 + 3), (8 * step, 8)))
+
+    assert found is expected

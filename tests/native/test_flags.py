@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from kinegen.errors import CompileError
 from kinegen.native.compiler import Processor
 from kinegen.native.dispatch import units
 from kinegen.native.flags import Flags
-from kinegen.native.package import build_extension, load_package
+from kinegen.native.package import build_extension, load_package, runnable_variants
 from tests.native.conftest import needs_compiler
 from tests.native.sample import Sample
 
@@ -140,6 +141,12 @@ def planar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+PROVEN = re.compile(r"^ +(C double(?:, batch)?)  +pose +([\d,]+) ", re.MULTILINE)
+"""A row of the report on the proof: what was called, and how many poses were compared."""
+
+LAYOUTS = 3
+
+
 @needs_compiler
 @pytest.mark.parametrize(
     ("options", "variant"),
@@ -155,8 +162,12 @@ def test_the_command_line_chooses(
     output = ["-o", str(tmp_path / "out"), "--outputs", "pose", "--real", "double"]
 
     assert main(["build", str(planar), *output, *options]) == 0, capfd.readouterr().err
-    assert ("C double, batch baseline" in capfd.readouterr().out) == ("--portable" in options), "each one is proven"
-    assert load_package(tmp_path / "out" / "stick").fk.variant in variant.split("|")
+    package = load_package(tmp_path / "out" / "stick")
+    assert package.fk.variant in variant.split("|")
+    variants = runnable_variants(package)
+    poses = {row: int(count.replace(",", "")) for row, count in PROVEN.findall(capfd.readouterr().out)}
+    assert bool(variants) == ("--portable" in options)
+    assert poses["C double, batch"] == LAYOUTS * max(len(variants), 1) * poses["C double"], "each one is proven"
 
 
 @needs_compiler
