@@ -143,9 +143,10 @@ def expect(known: Known, quantity: Quantity) -> Expectation:
 
 def _worst(differences: Numbers, limits: Numbers) -> tuple[float, float, float, int]:
     """The largest share of its limit, with this error, the limit and its row."""
-    errors = np.abs(differences.astype(np.float64))
-    limits = np.broadcast_to(limits, errors.shape)
-    with np.errstate(invalid="ignore"):
+    # What a kernel does not write may be as large as any number.
+    with np.errstate(invalid="ignore", over="ignore"):
+        errors = np.abs(differences.astype(np.float64))
+        limits = np.broadcast_to(limits, errors.shape)
         shares = np.where(np.isinf(limits), 0.0, np.nan_to_num(errors / limits, nan=np.inf))
     row, entry = np.unravel_index(np.argmax(shares), shares.shape)
     return float(shares[row, entry]), float(errors[row, entry]), float(limits[row, entry]), int(row)

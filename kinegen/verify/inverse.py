@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -18,12 +17,12 @@ from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.expressions import number_of
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Aim, Family
-from kinegen.symbolic.inverse.places import alignments, boundaries
 from kinegen.symbolic.inverse.thresholds import thresholds_of
 from kinegen.verify.branches import require_names
 from kinegen.verify.impossible import refuse_the_impossible
 from kinegen.verify.nearest import require_nearest
-from kinegen.verify.samples import RANDOM, SEED, proof_samples
+from kinegen.verify.samples import SEED
+from kinegen.verify.solved import AT_LIMITS, Led, SolvedTargets, lead_back, random_joints, targets_of
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
 FloatArray = NDArray[np.float64]
@@ -37,8 +36,6 @@ FEWER = 4000
 
 TARGETS_APART = 120
 """Joint vectors from whose poses impossible targets are made."""
-
-AT_LIMITS = "at a limit"
 
 NAMED = 200
 """Targets whose solutions are held against the names of their branches, in every way."""
@@ -114,9 +111,13 @@ def try_inverse(
     tester = _Tester(robot, package, quantity, family, real, rooms)
     ways = ways_to_call(package, quantity, real, parameters)
     first = next((way for way in ways if "batch" in way.target), ways[-1])
-    refuse_the_impossible(robot, family, package, quantity, ways, real, _random(robot, TARGETS_APART, SEED))
+    refuse_the_impossible(robot, family, package, quantity, ways, real, random_joints(robot, TARGETS_APART, SEED))
     most = TARGETS if real == "double" and parameters is None else FEWER
-    trials = tuple(tester.trial(way, most if way is first else FEWER) for way in ways)
+    targets = targets_of(robot, family, most, FEWER // 4)
+    trial, led = tester.trial(first, targets)
+    fewer, rows = targets.fewer(min(FEWER, most))
+    known = led.at(rows)
+    trials = tuple(trial if way is first else tester.trial(way, fewer, known)[0] for way in ways)
     require_nearest(robot, family, package, quantity, real, rooms, parameters)
     return trials
 
@@ -142,17 +143,14 @@ class _Tester:
     real: str
     rooms: FloatArray
 
-    def trial(self, way: Way, count: int) -> Trial:
-        """Try one way at so many random targets, and at all special ones."""
-        q = _random(self.robot, count, SEED)
-        special = self._special()
-        points = np.concatenate([q, *special.values(), self._beyond()])
-        poses = reference.pose(self.robot, points)[:, 0]
+    def trial(self, way: Way, targets: SolvedTargets, known: Led | None = None) -> tuple[Trial, Led]:
+        """Try one way at all targets; solutions that another way gave too are not led back again."""
+        count, special, poses = targets.random, targets.special, targets.poses
         solutions, valid = way.call((poses.astype(DTYPES[self.real]),))
         solved, joints = valid != 0, solutions.astype(np.float64)
         self._require_numbers(way.target, joints, valid)
         self._require_limits(way.target, joints, solved)
-        moved = self._require_origins(way.target, joints[:count], solved[:count], q)
+        moved = self._require_origins(way.target, joints[:count], solved[:count], targets.points[:count])
         ends = np.cumsum([count, *map(len, special.values())])
         for (name, values), end in zip(special.items(), ends[1:], strict=True):
             part = slice(end - len(values), end)
@@ -160,22 +158,23 @@ class _Tester:
                 self._require_origins(way.target, joints[part], solved[part], values)
             self._require_solved(way.target, name, solved[part], values)
         require_names(self.robot, self.package, self.family, way.target, joints[:NAMED], solved[:NAMED])
-        position, rotation = self._errors(joints, solved, poses)
+        led = lead_back(self.robot, self.family, poses, joints, solved, known)
         found = solved.any(axis=1)
-        return Trial(
+        trial = Trial(
             target=way.target,
             poses=int(ends[-1]),
             solutions=int(solved.sum()),
-            position_error=float(position.max()),
-            rotation_error=float(rotation.max()),
+            position_error=float(led.position.max()),
+            rotation_error=float(led.rotation.max()),
             accepted=ACCEPTED[self.real],
-            worst=tuple(map(float, points[np.maximum(position, rotation).argmax()])),
+            worst=tuple(map(float, targets.points[np.maximum(led.position, led.rotation).argmax()])),
             moved=moved,
             special=tuple(
                 (name, len(values), int(found[end - len(values) : end].sum()))
                 for (name, values), end in zip(special.items(), ends[1:], strict=True)
             ),
         )
+        return trial, led
 
     def _require_numbers(self, target: str, joints: FloatArray, valid: Any) -> None:
         if not np.isin(valid, (0, 1)).all():
@@ -238,58 +237,3 @@ class _Tester:
         jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows] * weights
         singular: Truths = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < SINGULAR
         return singular
-
-    def _errors(self, joints: FloatArray, solved: Truths, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Errors of positions and rotations, the largest over the branches of each target."""
-        position, rotation = np.zeros((2, len(poses)))
-        for branch in range(joints.shape[1]):
-            rows = np.flatnonzero(solved[:, branch])
-            if not len(rows):
-                continue
-            apart = np.abs(reference.pose(self.robot, joints[rows, branch])[:, 0] - poses[rows])[:, :3]
-            position[rows] = np.maximum(position[rows], apart[..., 3].max(axis=1))
-            if self.family.aim is Aim.POSE:
-                rotation[rows] = np.maximum(rotation[rows], apart[..., :3].max(axis=(1, 2)))
-        return position, rotation
-
-    def _special(self) -> dict[str, FloatArray]:
-        """Joint vectors at corners, at multiples of 45 degrees, and where branches meet."""
-        found = {"singular and extreme": proof_samples(self.robot)[:-RANDOM]}
-        for name, places in (("stretched or folded", boundaries(self.family)), ("aligned", alignments(self.family))):
-            points = [self._with(index, value) for index, values in places for value in values]
-            points = [each for each in points if len(each)]
-            if points:
-                found[name] = np.concatenate(points)
-        limits = self._at_limits()
-        return found | ({AT_LIMITS: limits} if len(limits) else {})
-
-    def _at_limits(self) -> FloatArray:
-        """Random joint vectors with one joint exactly at one of its limits."""
-        box = np.array(joint_box(self.robot))
-        limited = [variable.index for variable in self.robot.variables if variable.limits is not None]
-        points = _random(self.robot, FEWER // 4 if limited else 0, SEED)
-        for row, point in enumerate(points):
-            index = limited[row // 2 % len(limited)]
-            point[index] = box[index, row % 2]
-        return points
-
-    def _beyond(self) -> FloatArray:
-        """Random joint vectors of which most are outside the limits: what is valid for their poses is not."""
-        low, high = np.array(joint_box(self.robot)).T
-        room = np.maximum(np.pi - (high - low) / 2, (high - low) / 4)
-        return np.random.default_rng(SEED).uniform(low - room, high + room, (FEWER // 4, self.robot.dof))
-
-    def _with(self, index: int, value: float) -> FloatArray:
-        """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
-        low, high = joint_box(self.robot)[index]
-        turn = 2 * math.pi / abs(float(self.family.axes.joints[index].rate))
-        turned = value + turn * math.ceil((low - value) / turn - 1e-9)
-        points = _random(self.robot, FEWER // 4, SEED + index)
-        points[:, index] = turned
-        return points if turned <= high else points[:0]
-
-
-def _random(robot: Robot, count: int, seed: int) -> FloatArray:
-    """Joint vectors from the joint box."""
-    low, high = np.array(joint_box(robot)).T
-    return np.random.default_rng(seed).uniform(low, high, (count, robot.dof))

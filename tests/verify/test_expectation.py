@@ -59,6 +59,17 @@ def test_errors_are_found_in_the_frame_and_configuration_where_they_are() -> Non
     assert np.count_nonzero(lengths) == np.count_nonzero(numbers) == 1
 
 
+def test_what_a_kernel_does_not_write_may_be_any_number() -> None:
+    """Memory may hold the largest numbers; the error is then infinite, and no warning says so."""
+    expectation = of(PUMA, "pose")
+    found = expectation.known.motion.pose("tool").astype(np.float64)
+    found[5, 0, 0] = 1.7e308
+    verdict = expectation.judge((found,), (((np.full((1, 3), 1e-9), np.full((1, 13), 1e-9)),),))
+
+    assert verdict.row == 5
+    assert verdict.rotation_error == 1.7e308
+
+
 def test_no_number_is_an_error_that_nothing_accepts() -> None:
     expectation = of(PUMA, "jacobian")
     wrong = expectation.known.motion.jacobian("tool")
