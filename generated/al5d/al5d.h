@@ -19,8 +19,20 @@
  *   q[3]  wrist_pitch   revolute   rad  no limits
  *   q[4]  wrist_rotate  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of al5d.yaml, modified convention, lengths in m, angles in deg:
+ *   row           alpha        a        d      theta
+ *   base_turn         0        0  0.06858       q[0]
+ *   shoulder         90        0        0       q[1]
+ *   elbow             0  0.14679        0       q[2]
+ *   wrist_pitch       0  0.17751        0  q[3] - 90
+ *   wrist_rotate    -90        0  0.07719       q[4]
+ *   gripper           0        0        0          0
+ *
+ * Made by:
+ *   kinegen build al5d.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_AL5D_SINCOS(x, s, c), defined where
@@ -46,6 +58,7 @@
 #define AL5D_FRAME_WRIST_ROTATE 4
 #define AL5D_FRAME_GRIPPER 5
 #define AL5D_FRAME_TOOL 6
+#define AL5D_MODEL 0x0832873003fdc74aU
 
 #ifdef __cplusplus
 extern "C" {
@@ -79,6 +92,25 @@ void al5d_frames(const double q[AL5D_DOF], double base_T_frames[AL5D_FRAMES][16]
  * up to 100000 rad, as far as sums of angles are too: |px| <= 2.5e-12 m, |py| <= 2.5e-12 m, |pz| <= 2.5e-12 m.
  */
 void al5d_position(const double q[AL5D_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double AL5D_LIMITS_LOW[AL5D_DOF];
+extern const double AL5D_LIMITS_HIGH[AL5D_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int al5d_within_limits(const double q[AL5D_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void al5d_clamp(const double q[AL5D_DOF], double clamped[AL5D_DOF]);
 
 #ifdef __cplusplus
 }

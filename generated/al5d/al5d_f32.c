@@ -9,8 +9,35 @@
 
 #include "al5d_f32.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if AL5D_MODEL != 0x0832873003fdc74aU
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #ifndef KINEGEN_AL5D_F32_SINCOS
@@ -377,4 +404,45 @@ void al5d_f32_position(const float q[restrict AL5D_DOF], float base_p_tool[restr
     const float t11 = t10 + t9;
     const float t12 = 0.06858F + t11;
     base_p_tool[2] = t12;
+}
+
+const float AL5D_F32_LIMITS_LOW[AL5D_DOF] = {
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F
+};
+
+const float AL5D_F32_LIMITS_HIGH[AL5D_DOF] = {
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F
+};
+
+int al5d_f32_within_limits(const float q[AL5D_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= AL5D_F32_LIMITS_LOW[0]) && (q[0] <= AL5D_F32_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= AL5D_F32_LIMITS_LOW[1]) && (q[1] <= AL5D_F32_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= AL5D_F32_LIMITS_LOW[2]) && (q[2] <= AL5D_F32_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= AL5D_F32_LIMITS_LOW[3]) && (q[3] <= AL5D_F32_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= AL5D_F32_LIMITS_LOW[4]) && (q[4] <= AL5D_F32_LIMITS_HIGH[4])) ? within : 0;
+    return within;
+}
+
+void al5d_f32_clamp(const float q[AL5D_DOF], float clamped[AL5D_DOF])
+{
+    const float above0 = (q[0] < AL5D_F32_LIMITS_LOW[0]) ? AL5D_F32_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > AL5D_F32_LIMITS_HIGH[0]) ? AL5D_F32_LIMITS_HIGH[0] : above0;
+    const float above1 = (q[1] < AL5D_F32_LIMITS_LOW[1]) ? AL5D_F32_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > AL5D_F32_LIMITS_HIGH[1]) ? AL5D_F32_LIMITS_HIGH[1] : above1;
+    const float above2 = (q[2] < AL5D_F32_LIMITS_LOW[2]) ? AL5D_F32_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > AL5D_F32_LIMITS_HIGH[2]) ? AL5D_F32_LIMITS_HIGH[2] : above2;
+    const float above3 = (q[3] < AL5D_F32_LIMITS_LOW[3]) ? AL5D_F32_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > AL5D_F32_LIMITS_HIGH[3]) ? AL5D_F32_LIMITS_HIGH[3] : above3;
+    const float above4 = (q[4] < AL5D_F32_LIMITS_LOW[4]) ? AL5D_F32_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > AL5D_F32_LIMITS_HIGH[4]) ? AL5D_F32_LIMITS_HIGH[4] : above4;
 }

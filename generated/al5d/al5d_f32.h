@@ -19,8 +19,21 @@
  *   q[3]  wrist_pitch   revolute   rad  no limits
  *   q[4]  wrist_rotate  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of al5d.yaml, modified convention, lengths in m, angles in deg:
+ *   row           alpha        a        d      theta
+ *   base_turn         0        0  0.06858       q[0]
+ *   shoulder         90        0        0       q[1]
+ *   elbow             0  0.14679        0       q[2]
+ *   wrist_pitch       0  0.17751        0  q[3] - 90
+ *   wrist_rotate    -90        0  0.07719       q[4]
+ *   gripper           0        0        0          0
+ *
+ * Made by:
+ *   kinegen build al5d.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_AL5D_F32_SINCOS(x, s, c),
@@ -46,6 +59,7 @@
 #define AL5D_FRAME_WRIST_ROTATE 4
 #define AL5D_FRAME_GRIPPER 5
 #define AL5D_FRAME_TOOL 6
+#define AL5D_MODEL 0x0832873003fdc74aU
 
 #ifdef __cplusplus
 extern "C" {
@@ -79,6 +93,25 @@ void al5d_f32_frames(const float q[AL5D_DOF], float base_T_frames[AL5D_FRAMES][1
  * to 12000 rad, as far as sums of angles are too: |px| <= 1.7e-4 m, |py| <= 1.7e-4 m, |pz| <= 1.7e-4 m.
  */
 void al5d_f32_position(const float q[AL5D_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float AL5D_F32_LIMITS_LOW[AL5D_DOF];
+extern const float AL5D_F32_LIMITS_HIGH[AL5D_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int al5d_f32_within_limits(const float q[AL5D_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void al5d_f32_clamp(const float q[AL5D_DOF], float clamped[AL5D_DOF]);
 
 #ifdef __cplusplus
 }

@@ -17,8 +17,18 @@
  *   q[1]  shoulder  revolute   rad  no limits
  *   q[2]  elbow     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of anthropomorphic_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row       alpha     a  d  theta
+ *   waist        90     0  0   q[0]
+ *   shoulder      0   0.4  0   q[1]
+ *   elbow         0  0.35  0   q[2]
+ *
+ * Made by:
+ *   kinegen build anthropomorphic_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -42,6 +52,7 @@
 #define ANTHROPOMORPHIC_ARM_FRAME_SHOULDER 1
 #define ANTHROPOMORPHIC_ARM_FRAME_ELBOW 2
 #define ANTHROPOMORPHIC_ARM_FRAME_TOOL 3
+#define ANTHROPOMORPHIC_ARM_MODEL 0x4953113209ab35fdU
 
 #ifdef __cplusplus
 extern "C" {
@@ -76,6 +87,25 @@ void anthropomorphic_arm_f32_frames(const float q[ANTHROPOMORPHIC_ARM_DOF],
  * 12000 rad, as far as sums of angles are too: |px| <= 1.8e-4 m, |py| <= 1.8e-4 m, |pz| <= 1.8e-4 m.
  */
 void anthropomorphic_arm_f32_position(const float q[ANTHROPOMORPHIC_ARM_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float ANTHROPOMORPHIC_ARM_F32_LIMITS_LOW[ANTHROPOMORPHIC_ARM_DOF];
+extern const float ANTHROPOMORPHIC_ARM_F32_LIMITS_HIGH[ANTHROPOMORPHIC_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int anthropomorphic_arm_f32_within_limits(const float q[ANTHROPOMORPHIC_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void anthropomorphic_arm_f32_clamp(const float q[ANTHROPOMORPHIC_ARM_DOF], float clamped[ANTHROPOMORPHIC_ARM_DOF]);
 
 #ifdef __cplusplus
 }

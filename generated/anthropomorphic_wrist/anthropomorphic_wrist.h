@@ -20,8 +20,20 @@
  *   q[4]  joint_5   revolute   rad  no limits
  *   q[5]  joint_6   revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of anthropomorphic_wrist.yaml, standard convention, lengths in m, angles in deg:
+ *   row       alpha    a     d  theta
+ *   waist        90    0     0   q[0]
+ *   shoulder      0  0.4     0   q[1]
+ *   elbow        90    0     0   q[2]
+ *   joint_4     -90    0  0.35   q[3]
+ *   joint_5      90    0     0   q[4]
+ *   joint_6       0    0   0.1   q[5]
+ *
+ * Made by:
+ *   kinegen build anthropomorphic_wrist.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -48,6 +60,7 @@
 #define ANTHROPOMORPHIC_WRIST_FRAME_JOINT_5 4
 #define ANTHROPOMORPHIC_WRIST_FRAME_JOINT_6 5
 #define ANTHROPOMORPHIC_WRIST_FRAME_TOOL 6
+#define ANTHROPOMORPHIC_WRIST_MODEL 0xf3027281cd4cd61aU
 
 #ifdef __cplusplus
 extern "C" {
@@ -83,6 +96,25 @@ void anthropomorphic_wrist_frames(const double q[ANTHROPOMORPHIC_WRIST_DOF],
  * |pz| <= 3.3e-12 m.
  */
 void anthropomorphic_wrist_position(const double q[ANTHROPOMORPHIC_WRIST_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double ANTHROPOMORPHIC_WRIST_LIMITS_LOW[ANTHROPOMORPHIC_WRIST_DOF];
+extern const double ANTHROPOMORPHIC_WRIST_LIMITS_HIGH[ANTHROPOMORPHIC_WRIST_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int anthropomorphic_wrist_within_limits(const double q[ANTHROPOMORPHIC_WRIST_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void anthropomorphic_wrist_clamp(const double q[ANTHROPOMORPHIC_WRIST_DOF], double clamped[ANTHROPOMORPHIC_WRIST_DOF]);
 
 #ifdef __cplusplus
 }

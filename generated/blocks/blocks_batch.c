@@ -9,9 +9,47 @@
 
 #include "blocks_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if BLOCKS_MODEL != 0x86083a2b3bb9c5c9U
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { BLOCKS_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -19,12 +57,67 @@ enum { TILE = 16 };
 /* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
 enum { SHORT_TILE = 8 };
 
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define BLOCKS_LANES
+typedef double blocks_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, blocks_lanes *taken)
+{
+    const blocks_lanes a = *(const blocks_lanes *)from;
+    const blocks_lanes b = *(const blocks_lanes *)(from + row);
+    const blocks_lanes c = *(const blocks_lanes *)(from + 2 * row);
+    const blocks_lanes d = *(const blocks_lanes *)(from + 3 * row);
+    const blocks_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const blocks_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const blocks_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const blocks_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const blocks_lanes last = {0, 0, 0, 1};
+    blocks_lanes x[LANES];
+    blocks_lanes y[LANES];
+    blocks_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(blocks_lanes *)one = x[i];
+        *(blocks_lanes *)(one + 4) = y[i];
+        *(blocks_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(blocks_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
+
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
 static inline void store_matrices(const double (*restrict t)[TILE], int frames, int count, double *restrict out,
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef BLOCKS_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -74,7 +167,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef BLOCKS_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {

@@ -12,8 +12,18 @@
  *
  * Units: angles in rad, lengths in cm.
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of blocks.yaml, elementary transforms, lengths in cm, angles in deg:
+ *   row
+ *   first_plate   Ty(6) Tz(11) Rz(-90) Rx(-90)
+ *   second_plate  Tx(11) Ty(-1) Tz(8) Rx(-90)
+ *   small_block   Tx(3) Ty(1) Tz(6) Rx(180)
+ *
+ * Made by:
+ *   kinegen build blocks.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
  *
@@ -29,6 +39,7 @@
 #define BLOCKS_FRAME_SECOND_PLATE 1
 #define BLOCKS_FRAME_SMALL_BLOCK 2
 #define BLOCKS_FRAME_TOOL 3
+#define BLOCKS_MODEL 0x86083a2b3bb9c5c9U
 
 #ifdef __cplusplus
 extern "C" {

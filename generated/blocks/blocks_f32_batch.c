@@ -9,20 +9,112 @@
 
 #include "blocks_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if BLOCKS_MODEL != 0x86083a2b3bb9c5c9U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
 
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define BLOCKS_F32_LANES
+typedef float blocks_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float blocks_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, blocks_f32_lanes *taken)
+{
+    const blocks_f32_lanes a = *(const blocks_f32_lanes *)from;
+    const blocks_f32_lanes b = *(const blocks_f32_lanes *)(from + row);
+    const blocks_f32_lanes c = *(const blocks_f32_lanes *)(from + 2 * row);
+    const blocks_f32_lanes d = *(const blocks_f32_lanes *)(from + 3 * row);
+    const blocks_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const blocks_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const blocks_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const blocks_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const blocks_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    blocks_f32_lanes x[4];
+    blocks_f32_lanes y[4];
+    blocks_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(blocks_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(blocks_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(blocks_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(blocks_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(blocks_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(blocks_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
+
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
 static inline void store_matrices(const float (*restrict t)[TILE], int frames, int count, float *restrict out,
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef BLOCKS_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {

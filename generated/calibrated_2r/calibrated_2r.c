@@ -9,10 +9,37 @@
 
 #include "calibrated_2r.h"
 
+#if CALIBRATED_2R_MODEL != 0x982ecac517e0f83aU
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #if defined(DBL_MANT_DIG)
@@ -20,6 +47,9 @@
 #error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
 #endif
 #endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { CALIBRATED_2R_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 const calibrated_2r_params calibrated_2r_default_params = {
     0.4002, /* L1 */
@@ -340,4 +370,30 @@ void calibrated_2r_position(const double q[restrict CALIBRATED_2R_DOF], const ca
     const double t15 = c1 * t8;
     const double t16 = t12 + t15;
     base_p_tool[1] = t16;
+}
+
+const double CALIBRATED_2R_LIMITS_LOW[CALIBRATED_2R_DOF] = {
+    -2.9670597283903604,
+    -2.6179938779914944
+};
+
+const double CALIBRATED_2R_LIMITS_HIGH[CALIBRATED_2R_DOF] = {
+    2.9670597283903604,
+    2.6179938779914944
+};
+
+int calibrated_2r_within_limits(const double q[CALIBRATED_2R_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= CALIBRATED_2R_LIMITS_LOW[0]) && (q[0] <= CALIBRATED_2R_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= CALIBRATED_2R_LIMITS_LOW[1]) && (q[1] <= CALIBRATED_2R_LIMITS_HIGH[1])) ? within : 0;
+    return within;
+}
+
+void calibrated_2r_clamp(const double q[CALIBRATED_2R_DOF], double clamped[CALIBRATED_2R_DOF])
+{
+    const double above0 = (q[0] < CALIBRATED_2R_LIMITS_LOW[0]) ? CALIBRATED_2R_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > CALIBRATED_2R_LIMITS_HIGH[0]) ? CALIBRATED_2R_LIMITS_HIGH[0] : above0;
+    const double above1 = (q[1] < CALIBRATED_2R_LIMITS_LOW[1]) ? CALIBRATED_2R_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > CALIBRATED_2R_LIMITS_HIGH[1]) ? CALIBRATED_2R_LIMITS_HIGH[1] : above1;
 }

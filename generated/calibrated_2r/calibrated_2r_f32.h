@@ -14,7 +14,15 @@
  *
  * Joint vector:
  *   q[0]  joint_1  revolute   rad  -2.96706 to 2.96706
- *   q[1]  joint_2  revolute   rad  -2.61799 to 2.61799
+ *   q[1]  joint_2  revolute   rad  -2.618 to 2.618
+ *
+ * Table of calibrated_2r.yaml, hayati, standard convention, lengths in m, angles in deg:
+ *   row      alpha   a  d          theta  beta
+ *   joint_1   tilt  L1              q[0]  skew
+ *   joint_2      0  L2  0  q[1] + zero_2
+ *
+ * Made by:
+ *   kinegen build calibrated_2r.yaml --outputs pose,frames,position
  *
  * Runtime parameters, with the values of the file (calibrated_2r_f32_default_params):
  *   L1      m    0.4002
@@ -23,8 +31,9 @@
  *   skew    rad  -0.000349066
  *   zero_2  rad  0.00191986
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -46,6 +55,7 @@
 #define CALIBRATED_2R_FRAME_JOINT_1 0
 #define CALIBRATED_2R_FRAME_JOINT_2 1
 #define CALIBRATED_2R_FRAME_TOOL 2
+#define CALIBRATED_2R_MODEL 0x982ecac517e0f83aU
 
 #ifdef __cplusplus
 extern "C" {
@@ -91,6 +101,25 @@ void calibrated_2r_f32_frames(const float q[CALIBRATED_2R_DOF], const calibrated
  */
 void calibrated_2r_f32_position(const float q[CALIBRATED_2R_DOF], const calibrated_2r_f32_params *params,
                                 float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float CALIBRATED_2R_F32_LIMITS_LOW[CALIBRATED_2R_DOF];
+extern const float CALIBRATED_2R_F32_LIMITS_HIGH[CALIBRATED_2R_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int calibrated_2r_f32_within_limits(const float q[CALIBRATED_2R_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void calibrated_2r_f32_clamp(const float q[CALIBRATED_2R_DOF], float clamped[CALIBRATED_2R_DOF]);
 
 #ifdef __cplusplus
 }

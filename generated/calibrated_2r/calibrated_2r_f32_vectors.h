@@ -14,8 +14,11 @@
 
 #define CALIBRATED_2R_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define CALIBRATED_2R_F32_TOLERANCE 2e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef CALIBRATED_2R_F32_TOLERANCE
+#define CALIBRATED_2R_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float calibrated_2r_f32_vectors_q[CALIBRATED_2R_F32_VECTORS][CALIBRATED_2R_DOF] = {
@@ -57,6 +60,9 @@ static const float calibrated_2r_f32_fk_expected[CALIBRATED_2R_F32_VECTORS][12] 
     {-0.6580416F, -0.75298154F, -0.00024690919F, -0.4163984F, 0.75298136F, -0.6580416F, 0.0005788251F, -0.10917279F, -0.0005983211F, 0.00019497293F, 0.9999998F, -0.00017931683F}
 };
 
+/* Accepted differences of these entries. */
+static const float calibrated_2r_f32_fk_accepted[12] = {1.2666393e-06F, 1.7790412e-06F, 1.5315455e-07F, 6.0070556e-07F, 1.2646764e-06F, 1.7810041e-06F, 1.5315455e-07F, 5.9331916e-07F, 2.1664466e-07F, 1.5412641e-07F, 3.35281e-07F, 6.501234e-08F};
+
 /* What calibrated_2r_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float calibrated_2r_f32_frames_expected[CALIBRATED_2R_F32_VECTORS][36] = {
     {0.99999994F, 0.0F, -0.00034906584F, 0.4002F, -1.8277044e-07F, 0.9999999F, -0.00052359875F, 0.0F, 0.00034906578F, 0.00052359875F, 0.9999998F, 0.0F, 0.9999981F, -0.0019198608F, -0.00034906584F, 0.69989944F, 0.001919678F, 0.99999803F, -0.00052359875F, 0.0005753275F, 0.0003500704F, 0.0005229276F, 0.9999998F, 0.00010491609F, 0.9999981F, -0.0019198608F, -0.00034906584F, 0.69989944F, 0.001919678F, 0.99999803F, -0.00052359875F, 0.0005753275F, 0.0003500704F, 0.0005229276F, 0.9999998F, 0.00010491609F},
@@ -76,6 +82,9 @@ static const float calibrated_2r_f32_frames_expected[CALIBRATED_2R_F32_VECTORS][
     {0.9239257F, 0.38257164F, -0.000522825F, 0.36975512F, -0.38257182F, 0.9239257F, -0.00035022368F, -0.15310518F, 0.00034906578F, 0.00052359875F, 0.9999998F, 0.0F, -0.25453022F, 0.9670647F, -0.000522825F, 0.2934724F, -0.9670647F, -0.25453043F, -0.00035022368F, -0.44293448F, -0.0004717638F, 0.00041646307F, 0.9999998F, -0.00014138762F, -0.25453022F, 0.9670647F, -0.000522825F, 0.2934724F, -0.9670647F, -0.25453043F, -0.00035022368F, -0.44293448F, -0.0004717638F, 0.00041646307F, 0.9999998F, -0.00014138762F},
     {-0.54768467F, 0.8366848F, -0.00024690919F, -0.21918336F, -0.83668476F, -0.5476845F, 0.0005788251F, -0.3348413F, 0.00034906578F, 0.00052359875F, 0.9999998F, 0.0F, -0.6580416F, -0.75298154F, -0.00024690919F, -0.4163984F, 0.75298136F, -0.6580416F, 0.0005788251F, -0.10917279F, -0.0005983211F, 0.00019497293F, 0.9999998F, -0.00017931683F, -0.6580416F, -0.75298154F, -0.00024690919F, -0.4163984F, 0.75298136F, -0.6580416F, 0.0005788251F, -0.10917279F, -0.0005983211F, 0.00019497293F, 0.9999998F, -0.00017931683F}
 };
+
+/* Accepted differences of these entries. */
+static const float calibrated_2r_f32_frames_accepted[36] = {4.5452995e-07F, 3.3521502e-07F, 2.1648447e-07F, 1.1556972e-07F, 4.54481e-07F, 3.3526393e-07F, 2.1648447e-07F, 1.1555014e-07F, 1.0814207e-07F, 1.08112886e-07F, 3.35281e-07F, 5.820766e-11F, 1.1709029e-06F, 1.16894e-06F, 2.1648447e-07F, 5.720134e-07F, 1.16894e-06F, 1.1709029e-06F, 2.1648447e-07F, 5.6462693e-07F, 1.5327072e-07F, 1.5327072e-07F, 3.35281e-07F, 4.600069e-08F, 1.1709029e-06F, 1.16894e-06F, 2.1648447e-07F, 5.720134e-07F, 1.16894e-06F, 1.1709029e-06F, 2.1648447e-07F, 5.6462693e-07F, 1.5327072e-07F, 1.5327072e-07F, 3.35281e-07F, 4.600069e-08F};
 
 /* What calibrated_2r_f32_position must return, 3 entries for each frame. */
 static const float calibrated_2r_f32_position_expected[CALIBRATED_2R_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float calibrated_2r_f32_position_expected[CALIBRATED_2R_F32_VECTORS
     {-0.4163984F, -0.10917279F, -0.00017931683F}
 };
 
+/* Accepted differences of these entries. */
+static const float calibrated_2r_f32_position_accepted[3] = {6.6941953e-07F, 6.620331e-07F, 6.5015115e-08F};
+
 #define CALIBRATED_2R_F32_PAIRS 17
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef CALIBRATED_2R_F32_PAIR_TOLERANCE
+#define CALIBRATED_2R_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float calibrated_2r_f32_pairs_expected[CALIBRATED_2R_F32_PAIRS][5] = {
@@ -124,7 +141,7 @@ static const float calibrated_2r_f32_pairs_expected[CALIBRATED_2R_F32_PAIRS][5] 
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float calibrated_2r_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

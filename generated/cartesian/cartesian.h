@@ -17,8 +17,17 @@
  *   q[1]  across  prismatic  m    no limits
  *   q[2]  out     prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of cartesian.yaml, standard convention, lengths in m, angles in deg:
+ *   row     alpha  a     d  theta
+ *   lift      -90  0  q[0]      0
+ *   across    -90  0  q[1]    -90
+ *   out         0  0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build cartesian.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
  *
@@ -35,6 +44,7 @@
 #define CARTESIAN_FRAME_ACROSS 1
 #define CARTESIAN_FRAME_OUT 2
 #define CARTESIAN_FRAME_TOOL 3
+#define CARTESIAN_MODEL 0xdc4ac7b8ad2c1adcU
 
 #ifdef __cplusplus
 extern "C" {
@@ -63,6 +73,25 @@ void cartesian_frames(const double q[CARTESIAN_DOF], double base_T_frames[CARTES
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 0 m.
  */
 void cartesian_position(const double q[CARTESIAN_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double CARTESIAN_LIMITS_LOW[CARTESIAN_DOF];
+extern const double CARTESIAN_LIMITS_HIGH[CARTESIAN_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int cartesian_within_limits(const double q[CARTESIAN_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void cartesian_clamp(const double q[CARTESIAN_DOF], double clamped[CARTESIAN_DOF]);
 
 #ifdef __cplusplus
 }

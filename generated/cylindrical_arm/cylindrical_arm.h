@@ -17,8 +17,17 @@
  *   q[1]  lift  prismatic  m    no limits
  *   q[2]  out   prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of cylindrical_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row   alpha  a     d  theta
+ *   turn      0  0     0   q[0]
+ *   lift    -90  0  q[1]      0
+ *   out       0  0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build cylindrical_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_CYLINDRICAL_ARM_SINCOS(x, s, c),
@@ -42,6 +51,7 @@
 #define CYLINDRICAL_ARM_FRAME_LIFT 1
 #define CYLINDRICAL_ARM_FRAME_OUT 2
 #define CYLINDRICAL_ARM_FRAME_TOOL 3
+#define CYLINDRICAL_ARM_MODEL 0x8c0e6346e18e5bc2U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +82,25 @@ void cylindrical_arm_frames(const double q[CYLINDRICAL_ARM_DOF], double base_T_f
  * Proven error: |px| <= 2.1e-16 m, |py| <= 2.1e-16 m, |pz| <= 0 m. The same for q[0] anywhere up to 100000 rad.
  */
 void cylindrical_arm_position(const double q[CYLINDRICAL_ARM_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double CYLINDRICAL_ARM_LIMITS_LOW[CYLINDRICAL_ARM_DOF];
+extern const double CYLINDRICAL_ARM_LIMITS_HIGH[CYLINDRICAL_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int cylindrical_arm_within_limits(const double q[CYLINDRICAL_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void cylindrical_arm_clamp(const double q[CYLINDRICAL_ARM_DOF], double clamped[CYLINDRICAL_ARM_DOF]);
 
 #ifdef __cplusplus
 }

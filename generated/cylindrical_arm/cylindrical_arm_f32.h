@@ -17,8 +17,18 @@
  *   q[1]  lift  prismatic  m    no limits
  *   q[2]  out   prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of cylindrical_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row   alpha  a     d  theta
+ *   turn      0  0     0   q[0]
+ *   lift    -90  0  q[1]      0
+ *   out       0  0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build cylindrical_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -42,6 +52,7 @@
 #define CYLINDRICAL_ARM_FRAME_LIFT 1
 #define CYLINDRICAL_ARM_FRAME_OUT 2
 #define CYLINDRICAL_ARM_FRAME_TOOL 3
+#define CYLINDRICAL_ARM_MODEL 0x8c0e6346e18e5bc2U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +83,25 @@ void cylindrical_arm_f32_frames(const float q[CYLINDRICAL_ARM_DOF], float base_T
  * Proven error: |px| <= 1.2e-7 m, |py| <= 1.2e-7 m, |pz| <= 0 m. The same for q[0] anywhere up to 12000 rad.
  */
 void cylindrical_arm_f32_position(const float q[CYLINDRICAL_ARM_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float CYLINDRICAL_ARM_F32_LIMITS_LOW[CYLINDRICAL_ARM_DOF];
+extern const float CYLINDRICAL_ARM_F32_LIMITS_HIGH[CYLINDRICAL_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int cylindrical_arm_f32_within_limits(const float q[CYLINDRICAL_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void cylindrical_arm_f32_clamp(const float q[CYLINDRICAL_ARM_DOF], float clamped[CYLINDRICAL_ARM_DOF]);
 
 #ifdef __cplusplus
 }

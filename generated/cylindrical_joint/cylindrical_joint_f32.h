@@ -16,8 +16,17 @@
  *   q[0]  turn   revolute   rad  no limits
  *   q[1]  slide  prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of cylindrical_joint.yaml, standard convention, lengths in m, angles in deg:
+ *   row    alpha  a     d  theta
+ *   turn       0  0     0   q[0]
+ *   slide      0  0  q[1]      0
+ *
+ * Made by:
+ *   kinegen build cylindrical_joint.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -40,6 +49,7 @@
 #define CYLINDRICAL_JOINT_FRAME_TURN 0
 #define CYLINDRICAL_JOINT_FRAME_SLIDE 1
 #define CYLINDRICAL_JOINT_FRAME_TOOL 2
+#define CYLINDRICAL_JOINT_MODEL 0xd3e0bb9690768372U
 
 #ifdef __cplusplus
 extern "C" {
@@ -71,6 +81,25 @@ void cylindrical_joint_f32_frames(const float q[CYLINDRICAL_JOINT_DOF],
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 0 m. The same for q[0] anywhere up to 12000 rad.
  */
 void cylindrical_joint_f32_position(const float q[CYLINDRICAL_JOINT_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float CYLINDRICAL_JOINT_F32_LIMITS_LOW[CYLINDRICAL_JOINT_DOF];
+extern const float CYLINDRICAL_JOINT_F32_LIMITS_HIGH[CYLINDRICAL_JOINT_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int cylindrical_joint_f32_within_limits(const float q[CYLINDRICAL_JOINT_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void cylindrical_joint_f32_clamp(const float q[CYLINDRICAL_JOINT_DOF], float clamped[CYLINDRICAL_JOINT_DOF]);
 
 #ifdef __cplusplus
 }

@@ -18,9 +18,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("differential_wrist needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -28,9 +39,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 3
@@ -48,7 +61,36 @@ LIMITS: tuple[tuple[float, float] | None, ...] = (
     None,
     None,
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    None,
+    None,
+    None,
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 3) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 3) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "forearm",
@@ -58,7 +100,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("a27abb6751a720f1")
+_native = load_native("c0bea1210fe6cd23")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

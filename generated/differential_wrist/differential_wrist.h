@@ -17,8 +17,17 @@
  *   q[1]  bend     revolute   rad  no limits
  *   q[2]  roll     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of differential_wrist.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a     d  theta
+ *   forearm    -90  0  0.35   q[0]
+ *   bend        90  0     0   q[1]
+ *   roll         0  0  0.08   q[2]
+ *
+ * Made by:
+ *   kinegen build differential_wrist.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_DIFFERENTIAL_WRIST_SINCOS(x, s, c),
@@ -42,6 +51,7 @@
 #define DIFFERENTIAL_WRIST_FRAME_BEND 1
 #define DIFFERENTIAL_WRIST_FRAME_ROLL 2
 #define DIFFERENTIAL_WRIST_FRAME_TOOL 3
+#define DIFFERENTIAL_WRIST_MODEL 0x85425d827f44ed16U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +84,25 @@ void differential_wrist_frames(const double q[DIFFERENTIAL_WRIST_DOF],
  * to 100000 rad.
  */
 void differential_wrist_position(const double q[DIFFERENTIAL_WRIST_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double DIFFERENTIAL_WRIST_LIMITS_LOW[DIFFERENTIAL_WRIST_DOF];
+extern const double DIFFERENTIAL_WRIST_LIMITS_HIGH[DIFFERENTIAL_WRIST_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int differential_wrist_within_limits(const double q[DIFFERENTIAL_WRIST_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void differential_wrist_clamp(const double q[DIFFERENTIAL_WRIST_DOF], double clamped[DIFFERENTIAL_WRIST_DOF]);
 
 #ifdef __cplusplus
 }

@@ -17,8 +17,18 @@
  *   q[1]  bend     revolute   rad  no limits
  *   q[2]  roll     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of differential_wrist.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a     d  theta
+ *   forearm    -90  0  0.35   q[0]
+ *   bend        90  0     0   q[1]
+ *   roll         0  0  0.08   q[2]
+ *
+ * Made by:
+ *   kinegen build differential_wrist.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -42,6 +52,7 @@
 #define DIFFERENTIAL_WRIST_FRAME_BEND 1
 #define DIFFERENTIAL_WRIST_FRAME_ROLL 2
 #define DIFFERENTIAL_WRIST_FRAME_TOOL 3
+#define DIFFERENTIAL_WRIST_MODEL 0x85425d827f44ed16U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +85,25 @@ void differential_wrist_f32_frames(const float q[DIFFERENTIAL_WRIST_DOF],
  * 12000 rad.
  */
 void differential_wrist_f32_position(const float q[DIFFERENTIAL_WRIST_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float DIFFERENTIAL_WRIST_F32_LIMITS_LOW[DIFFERENTIAL_WRIST_DOF];
+extern const float DIFFERENTIAL_WRIST_F32_LIMITS_HIGH[DIFFERENTIAL_WRIST_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int differential_wrist_f32_within_limits(const float q[DIFFERENTIAL_WRIST_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void differential_wrist_f32_clamp(const float q[DIFFERENTIAL_WRIST_DOF], float clamped[DIFFERENTIAL_WRIST_DOF]);
 
 #ifdef __cplusplus
 }

@@ -20,8 +20,20 @@
  *   q[4]  joint_5  revolute   rad  no limits
  *   q[5]  joint_6  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of fanuc_10l.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha     a      d  theta
+ *   joint_1    -90  0.15      0   q[0]
+ *   joint_2    180  0.77      0   q[1]
+ *   joint_3    -90   0.1      0   q[2]
+ *   joint_4     90     0  -0.96   q[3]
+ *   joint_5    -90     0      0   q[4]
+ *   joint_6      0     0   -0.1   q[5]
+ *
+ * Made by:
+ *   kinegen build fanuc_10l.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_FANUC_10L_SINCOS(x, s, c), defined
@@ -47,6 +59,7 @@
 #define FANUC_10L_FRAME_JOINT_5 4
 #define FANUC_10L_FRAME_JOINT_6 5
 #define FANUC_10L_FRAME_TOOL 6
+#define FANUC_10L_MODEL 0xb61cfa9eec8bdf88U
 
 #ifdef __cplusplus
 extern "C" {
@@ -81,6 +94,25 @@ void fanuc_10l_frames(const double q[FANUC_10L_DOF], double base_T_frames[FANUC_
  * |pz| <= 7.8e-12 m.
  */
 void fanuc_10l_position(const double q[FANUC_10L_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double FANUC_10L_LIMITS_LOW[FANUC_10L_DOF];
+extern const double FANUC_10L_LIMITS_HIGH[FANUC_10L_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int fanuc_10l_within_limits(const double q[FANUC_10L_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void fanuc_10l_clamp(const double q[FANUC_10L_DOF], double clamped[FANUC_10L_DOF]);
 
 #ifdef __cplusplus
 }

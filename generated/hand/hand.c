@@ -9,10 +9,37 @@
 
 #include "hand.h"
 
+#if HAND_MODEL != 0x58c27981d38536f7U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #if defined(DBL_MANT_DIG)
@@ -20,6 +47,9 @@
 #error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
 #endif
 #endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { HAND_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 #ifndef KINEGEN_HAND_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
@@ -1415,4 +1445,105 @@ void hand_position(const double q[restrict HAND_DOF], double base_p_tips[restric
     const double t93 = t92 + t88;
     const double t94 = 25.0 - t93;
     base_p_tips[0][1] = t94;
+}
+
+const double HAND_LIMITS_LOW[HAND_DOF] = {
+    0.0,
+    -0.43633231299858244,
+    0.0,
+    -0.17453292519943298,
+    -0.26179938779914946,
+    -0.26179938779914946,
+    -0.34906585039886595,
+    0.0,
+    -0.17453292519943298,
+    -0.34906585039886595,
+    0.0,
+    -0.17453292519943298,
+    -0.34906585039886595,
+    0.0,
+    -0.34906585039886595,
+    -0.34906585039886595,
+    0.0
+};
+
+const double HAND_LIMITS_HIGH[HAND_DOF] = {
+    1.0471975511965979,
+    0.6108652381980154,
+    1.0471975511965979,
+    0.9599310885968814,
+    1.3962634015954638,
+    0.26179938779914946,
+    1.5707963267948968,
+    1.9198621771937627,
+    0.17453292519943298,
+    1.5707963267948968,
+    1.9198621771937627,
+    0.17453292519943298,
+    1.5707963267948968,
+    1.9198621771937627,
+    0.34906585039886595,
+    1.5707963267948968,
+    1.9198621771937627
+};
+
+int hand_within_limits(const double q[HAND_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= HAND_LIMITS_LOW[0]) && (q[0] <= HAND_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= HAND_LIMITS_LOW[1]) && (q[1] <= HAND_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= HAND_LIMITS_LOW[2]) && (q[2] <= HAND_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= HAND_LIMITS_LOW[3]) && (q[3] <= HAND_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= HAND_LIMITS_LOW[4]) && (q[4] <= HAND_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= HAND_LIMITS_LOW[5]) && (q[5] <= HAND_LIMITS_HIGH[5])) ? within : 0;
+    within = ((q[6] >= HAND_LIMITS_LOW[6]) && (q[6] <= HAND_LIMITS_HIGH[6])) ? within : 0;
+    within = ((q[7] >= HAND_LIMITS_LOW[7]) && (q[7] <= HAND_LIMITS_HIGH[7])) ? within : 0;
+    within = ((q[8] >= HAND_LIMITS_LOW[8]) && (q[8] <= HAND_LIMITS_HIGH[8])) ? within : 0;
+    within = ((q[9] >= HAND_LIMITS_LOW[9]) && (q[9] <= HAND_LIMITS_HIGH[9])) ? within : 0;
+    within = ((q[10] >= HAND_LIMITS_LOW[10]) && (q[10] <= HAND_LIMITS_HIGH[10])) ? within : 0;
+    within = ((q[11] >= HAND_LIMITS_LOW[11]) && (q[11] <= HAND_LIMITS_HIGH[11])) ? within : 0;
+    within = ((q[12] >= HAND_LIMITS_LOW[12]) && (q[12] <= HAND_LIMITS_HIGH[12])) ? within : 0;
+    within = ((q[13] >= HAND_LIMITS_LOW[13]) && (q[13] <= HAND_LIMITS_HIGH[13])) ? within : 0;
+    within = ((q[14] >= HAND_LIMITS_LOW[14]) && (q[14] <= HAND_LIMITS_HIGH[14])) ? within : 0;
+    within = ((q[15] >= HAND_LIMITS_LOW[15]) && (q[15] <= HAND_LIMITS_HIGH[15])) ? within : 0;
+    within = ((q[16] >= HAND_LIMITS_LOW[16]) && (q[16] <= HAND_LIMITS_HIGH[16])) ? within : 0;
+    return within;
+}
+
+void hand_clamp(const double q[HAND_DOF], double clamped[HAND_DOF])
+{
+    const double above0 = (q[0] < HAND_LIMITS_LOW[0]) ? HAND_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > HAND_LIMITS_HIGH[0]) ? HAND_LIMITS_HIGH[0] : above0;
+    const double above1 = (q[1] < HAND_LIMITS_LOW[1]) ? HAND_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > HAND_LIMITS_HIGH[1]) ? HAND_LIMITS_HIGH[1] : above1;
+    const double above2 = (q[2] < HAND_LIMITS_LOW[2]) ? HAND_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > HAND_LIMITS_HIGH[2]) ? HAND_LIMITS_HIGH[2] : above2;
+    const double above3 = (q[3] < HAND_LIMITS_LOW[3]) ? HAND_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > HAND_LIMITS_HIGH[3]) ? HAND_LIMITS_HIGH[3] : above3;
+    const double above4 = (q[4] < HAND_LIMITS_LOW[4]) ? HAND_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > HAND_LIMITS_HIGH[4]) ? HAND_LIMITS_HIGH[4] : above4;
+    const double above5 = (q[5] < HAND_LIMITS_LOW[5]) ? HAND_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > HAND_LIMITS_HIGH[5]) ? HAND_LIMITS_HIGH[5] : above5;
+    const double above6 = (q[6] < HAND_LIMITS_LOW[6]) ? HAND_LIMITS_LOW[6] : q[6];
+    clamped[6] = (above6 > HAND_LIMITS_HIGH[6]) ? HAND_LIMITS_HIGH[6] : above6;
+    const double above7 = (q[7] < HAND_LIMITS_LOW[7]) ? HAND_LIMITS_LOW[7] : q[7];
+    clamped[7] = (above7 > HAND_LIMITS_HIGH[7]) ? HAND_LIMITS_HIGH[7] : above7;
+    const double above8 = (q[8] < HAND_LIMITS_LOW[8]) ? HAND_LIMITS_LOW[8] : q[8];
+    clamped[8] = (above8 > HAND_LIMITS_HIGH[8]) ? HAND_LIMITS_HIGH[8] : above8;
+    const double above9 = (q[9] < HAND_LIMITS_LOW[9]) ? HAND_LIMITS_LOW[9] : q[9];
+    clamped[9] = (above9 > HAND_LIMITS_HIGH[9]) ? HAND_LIMITS_HIGH[9] : above9;
+    const double above10 = (q[10] < HAND_LIMITS_LOW[10]) ? HAND_LIMITS_LOW[10] : q[10];
+    clamped[10] = (above10 > HAND_LIMITS_HIGH[10]) ? HAND_LIMITS_HIGH[10] : above10;
+    const double above11 = (q[11] < HAND_LIMITS_LOW[11]) ? HAND_LIMITS_LOW[11] : q[11];
+    clamped[11] = (above11 > HAND_LIMITS_HIGH[11]) ? HAND_LIMITS_HIGH[11] : above11;
+    const double above12 = (q[12] < HAND_LIMITS_LOW[12]) ? HAND_LIMITS_LOW[12] : q[12];
+    clamped[12] = (above12 > HAND_LIMITS_HIGH[12]) ? HAND_LIMITS_HIGH[12] : above12;
+    const double above13 = (q[13] < HAND_LIMITS_LOW[13]) ? HAND_LIMITS_LOW[13] : q[13];
+    clamped[13] = (above13 > HAND_LIMITS_HIGH[13]) ? HAND_LIMITS_HIGH[13] : above13;
+    const double above14 = (q[14] < HAND_LIMITS_LOW[14]) ? HAND_LIMITS_LOW[14] : q[14];
+    clamped[14] = (above14 > HAND_LIMITS_HIGH[14]) ? HAND_LIMITS_HIGH[14] : above14;
+    const double above15 = (q[15] < HAND_LIMITS_LOW[15]) ? HAND_LIMITS_LOW[15] : q[15];
+    clamped[15] = (above15 > HAND_LIMITS_HIGH[15]) ? HAND_LIMITS_HIGH[15] : above15;
+    const double above16 = (q[16] < HAND_LIMITS_LOW[16]) ? HAND_LIMITS_LOW[16] : q[16];
+    clamped[16] = (above16 > HAND_LIMITS_HIGH[16]) ? HAND_LIMITS_HIGH[16] : above16;
 }

@@ -15,25 +15,57 @@
  *
  * Joint vector:
  *   q[0]   thumb_1        revolute   rad  0 to 1.0472
- *   q[1]   thumb_2        revolute   rad  -0.436332 to 0.610865
+ *   q[1]   thumb_2        revolute   rad  -0.436333 to 0.610866
  *   q[2]   thumb_3        revolute   rad  0 to 1.0472
- *   q[3]   thumb_4        revolute   rad  -0.174533 to 0.959931
- *   q[4]   thumb_5        revolute   rad  -0.261799 to 1.39626
- *   q[5]   index_spread   revolute   rad  -0.261799 to 0.261799
+ *   q[3]   thumb_4        revolute   rad  -0.174533 to 0.959932
+ *   q[4]   thumb_5        revolute   rad  -0.2618 to 1.39627
+ *   q[5]   index_spread   revolute   rad  -0.2618 to 0.2618
  *   q[6]   index_1        revolute   rad  -0.349066 to 1.5708
- *   q[7]   index_2        revolute   rad  0 to 1.91986
+ *   q[7]   index_2        revolute   rad  0 to 1.91987
  *   q[8]   middle_spread  revolute   rad  -0.174533 to 0.174533
  *   q[9]   middle_1       revolute   rad  -0.349066 to 1.5708
- *   q[10]  middle_2       revolute   rad  0 to 1.91986
+ *   q[10]  middle_2       revolute   rad  0 to 1.91987
  *   q[11]  ring_spread    revolute   rad  -0.174533 to 0.174533
  *   q[12]  ring_1         revolute   rad  -0.349066 to 1.5708
- *   q[13]  ring_2         revolute   rad  0 to 1.91986
+ *   q[13]  ring_2         revolute   rad  0 to 1.91987
  *   q[14]  little_spread  revolute   rad  -0.349066 to 0.349066
  *   q[15]  little_1       revolute   rad  -0.349066 to 1.5708
- *   q[16]  little_2       revolute   rad  0 to 1.91986
+ *   q[16]  little_2       revolute   rad  0 to 1.91987
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of hand.yaml, standard convention, lengths in mm, angles in deg:
+ *   row            alpha   a  d               theta
+ *   thumb_root                                       Tx(20) Ty(25) Rz(-60) Rx(-30)
+ *   thumb_1          -90   0  0           q[0] + 90
+ *   thumb_2           90  45  0                q[1]
+ *   thumb_3          -90   0  0                q[2]
+ *   thumb_4            0  32  0                q[3]
+ *   thumb_5            0  27  0                q[4]
+ *   index_root                                       Tx(90) Ty(25)  on base
+ *   index_spread     -90   0  0                q[5]
+ *   index_1            0  43  0                q[6]
+ *   index_2            0  25  0                q[7]
+ *   index_3            0  20  0   0.6666666667*q[7]
+ *   middle_root                                      Tx(94) Ty(3)  on base
+ *   middle_spread    -90   0  0                q[8]
+ *   middle_1           0  48  0                q[9]
+ *   middle_2           0  29  0               q[10]
+ *   middle_3           0  22  0  0.6666666667*q[10]
+ *   ring_root                                        Tx(88) Ty(-18) Rz(-5)  on base
+ *   ring_spread      -90   0  0               q[11]
+ *   ring_1             0  44  0               q[12]
+ *   ring_2             0  27  0               q[13]
+ *   ring_3             0  21  0  0.6666666667*q[13]
+ *   little_root                                      Tx(78) Ty(-37) Rz(-10)  on base
+ *   little_spread    -90   0  0               q[14]
+ *   little_1           0  34  0               q[15]
+ *   little_2           0  20  0               q[16]
+ *   little_3           0  18  0  0.6666666667*q[16]
+ *
+ * Made by:
+ *   kinegen build hand.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HAND_SINCOS(x, s, c), defined where
@@ -83,6 +115,7 @@
 #define HAND_FRAME_LITTLE_1 23
 #define HAND_FRAME_LITTLE_2 24
 #define HAND_FRAME_LITTLE_3 25
+#define HAND_MODEL 0x58c27981d38536f7U
 
 #ifdef __cplusplus
 extern "C" {
@@ -111,6 +144,25 @@ void hand_frames(const double q[HAND_DOF], double base_T_frames[HAND_FRAMES][16]
  * Proven error of any tip: |px| <= 1.8e-13 mm, |py| <= 1.8e-13 mm, |pz| <= 1.3e-13 mm.
  */
 void hand_position(const double q[HAND_DOF], double base_p_tips[HAND_TIPS][3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double HAND_LIMITS_LOW[HAND_DOF];
+extern const double HAND_LIMITS_HIGH[HAND_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int hand_within_limits(const double q[HAND_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void hand_clamp(const double q[HAND_DOF], double clamped[HAND_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,9 +9,47 @@
 
 #include "hand_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if HAND_MODEL != 0x58c27981d38536f7U
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { HAND_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -106,6 +144,22 @@ static inline void hand_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define HAND_INLINE static inline __attribute__((always_inline))
+#else
+#define HAND_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define HAND_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define HAND_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -120,6 +174,53 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define HAND_LANES
+typedef double hand_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, hand_lanes *taken)
+{
+    const hand_lanes a = *(const hand_lanes *)from;
+    const hand_lanes b = *(const hand_lanes *)(from + row);
+    const hand_lanes c = *(const hand_lanes *)(from + 2 * row);
+    const hand_lanes d = *(const hand_lanes *)(from + 3 * row);
+    const hand_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const hand_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const hand_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const hand_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const hand_lanes last = {0, 0, 0, 1};
+    hand_lanes x[LANES];
+    hand_lanes y[LANES];
+    hand_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(hand_lanes *)one = x[i];
+        *(hand_lanes *)(one + 4) = y[i];
+        *(hand_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(hand_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 17 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -223,7 +324,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef HAND_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -1316,8 +1425,11 @@ void hand_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_
     }
 }
 
-static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+HAND_INLINE void hand_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef HAND_APART
+    HAND_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298641951802;
         const double qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634015954636;
@@ -1416,13 +1528,13 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose
         const double t20 = t14 + t19;
         const double t21 = s7_8 * (-25.0);
         const double t22 = t21 - t20;
-        t[5][i] = t22;
+        t[5 * t_row + i] = t22;
         const double t23 = c6 * t18;
         const double t24 = s6 * t18;
         const double t25 = t23 + 90.0;
-        t[3][i] = t25;
+        t[3 * t_row + i] = t25;
         const double t26 = 25.0 + t24;
-        t[4][i] = t26;
+        t[4 * t_row + i] = t26;
         const double t27 = cu2 * 22.0;
         const double t28 = su2 * 22.0;
         const double t29 = c10 * 48.0;
@@ -1433,13 +1545,13 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose
         const double t34 = t28 + t33;
         const double t35 = s10_11 * (-29.0);
         const double t36 = t35 - t34;
-        t[8][i] = t36;
+        t[8 * t_row + i] = t36;
         const double t37 = c9 * t32;
         const double t38 = s9 * t32;
         const double t39 = t37 + 94.0;
-        t[6][i] = t39;
+        t[6 * t_row + i] = t39;
         const double t40 = t38 + 3.0;
-        t[7][i] = t40;
+        t[7 * t_row + i] = t40;
         const double t41 = cu4 * 21.0;
         const double t42 = su4 * 21.0;
         const double t43 = c13 * 44.0;
@@ -1450,13 +1562,13 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose
         const double t48 = t42 + t47;
         const double t49 = s13_14 * (-27.0);
         const double t50 = t49 - t48;
-        t[11][i] = t50;
+        t[11 * t_row + i] = t50;
         const double t51 = su3 * t46;
         const double t52 = cu3 * t46;
         const double t53 = t51 + 88.0;
-        t[9][i] = t53;
+        t[9 * t_row + i] = t53;
         const double t54 = (-18.0) - t52;
-        t[10][i] = t54;
+        t[10 * t_row + i] = t54;
         const double t55 = cu6 * 18.0;
         const double t56 = su6 * 18.0;
         const double t57 = c16 * 34.0;
@@ -1467,13 +1579,13 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose
         const double t62 = t56 + t61;
         const double t63 = s16_17 * (-20.0);
         const double t64 = t63 - t62;
-        t[14][i] = t64;
+        t[14 * t_row + i] = t64;
         const double t65 = su5 * t60;
         const double t66 = cu5 * t60;
         const double t67 = t65 + 78.0;
-        t[12][i] = t67;
+        t[12 * t_row + i] = t67;
         const double t68 = (-37.0) - t66;
-        t[13][i] = t68;
+        t[13 * t_row + i] = t68;
         const double t69 = c2 * t12;
         const double t70 = s2 * t12;
         const double t71 = s2 * t9;
@@ -1492,17 +1604,17 @@ static inline void hand_position_tile(const double *restrict q, ptrdiff_t q_pose
         const double t84 = t81 + t83;
         const double t85 = t74 * 0.8660254037844386;
         const double t86 = t82 - t85;
-        t[2][i] = t86;
+        t[2 * t_row + i] = t86;
         const double t87 = 0.8660254037844386 * t84;
         const double t88 = 0.5 * t84;
         const double t89 = t78 * 0.5;
         const double t90 = t89 - t87;
         const double t91 = t90 + 20.0;
-        t[0][i] = t91;
+        t[0 * t_row + i] = t91;
         const double t92 = t78 * 0.8660254037844386;
         const double t93 = t92 + t88;
         const double t94 = 25.0 - t93;
-        t[1][i] = t94;
+        t[1 * t_row + i] = t94;
     }
 }
 
@@ -1512,15 +1624,25 @@ void hand_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t 
     double t[15][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef HAND_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tips_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_p_tips + begin;
+            hand_position_tile(q + begin, 1, q_joint, to, base_p_tips_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_17(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        hand_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

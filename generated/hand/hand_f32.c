@@ -9,8 +9,35 @@
 
 #include "hand_f32.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if HAND_MODEL != 0x58c27981d38536f7U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #ifndef KINEGEN_HAND_F32_SINCOS
@@ -1394,4 +1421,105 @@ void hand_f32_position(const float q[restrict HAND_DOF], float base_p_tips[restr
     const float t93 = t92 + t88;
     const float t94 = 25.0F - t93;
     base_p_tips[0][1] = t94;
+}
+
+const float HAND_F32_LIMITS_LOW[HAND_DOF] = {
+    0.0F,
+    -0.43633232F,
+    0.0F,
+    -0.17453294F,
+    -0.2617994F,
+    -0.2617994F,
+    -0.34906587F,
+    0.0F,
+    -0.17453294F,
+    -0.34906587F,
+    0.0F,
+    -0.17453294F,
+    -0.34906587F,
+    0.0F,
+    -0.34906587F,
+    -0.34906587F,
+    0.0F
+};
+
+const float HAND_F32_LIMITS_HIGH[HAND_DOF] = {
+    1.0471976F,
+    0.6108653F,
+    1.0471976F,
+    0.95993114F,
+    1.3962635F,
+    0.2617994F,
+    1.5707964F,
+    1.9198623F,
+    0.17453294F,
+    1.5707964F,
+    1.9198623F,
+    0.17453294F,
+    1.5707964F,
+    1.9198623F,
+    0.34906587F,
+    1.5707964F,
+    1.9198623F
+};
+
+int hand_f32_within_limits(const float q[HAND_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= HAND_F32_LIMITS_LOW[0]) && (q[0] <= HAND_F32_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= HAND_F32_LIMITS_LOW[1]) && (q[1] <= HAND_F32_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= HAND_F32_LIMITS_LOW[2]) && (q[2] <= HAND_F32_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= HAND_F32_LIMITS_LOW[3]) && (q[3] <= HAND_F32_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= HAND_F32_LIMITS_LOW[4]) && (q[4] <= HAND_F32_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= HAND_F32_LIMITS_LOW[5]) && (q[5] <= HAND_F32_LIMITS_HIGH[5])) ? within : 0;
+    within = ((q[6] >= HAND_F32_LIMITS_LOW[6]) && (q[6] <= HAND_F32_LIMITS_HIGH[6])) ? within : 0;
+    within = ((q[7] >= HAND_F32_LIMITS_LOW[7]) && (q[7] <= HAND_F32_LIMITS_HIGH[7])) ? within : 0;
+    within = ((q[8] >= HAND_F32_LIMITS_LOW[8]) && (q[8] <= HAND_F32_LIMITS_HIGH[8])) ? within : 0;
+    within = ((q[9] >= HAND_F32_LIMITS_LOW[9]) && (q[9] <= HAND_F32_LIMITS_HIGH[9])) ? within : 0;
+    within = ((q[10] >= HAND_F32_LIMITS_LOW[10]) && (q[10] <= HAND_F32_LIMITS_HIGH[10])) ? within : 0;
+    within = ((q[11] >= HAND_F32_LIMITS_LOW[11]) && (q[11] <= HAND_F32_LIMITS_HIGH[11])) ? within : 0;
+    within = ((q[12] >= HAND_F32_LIMITS_LOW[12]) && (q[12] <= HAND_F32_LIMITS_HIGH[12])) ? within : 0;
+    within = ((q[13] >= HAND_F32_LIMITS_LOW[13]) && (q[13] <= HAND_F32_LIMITS_HIGH[13])) ? within : 0;
+    within = ((q[14] >= HAND_F32_LIMITS_LOW[14]) && (q[14] <= HAND_F32_LIMITS_HIGH[14])) ? within : 0;
+    within = ((q[15] >= HAND_F32_LIMITS_LOW[15]) && (q[15] <= HAND_F32_LIMITS_HIGH[15])) ? within : 0;
+    within = ((q[16] >= HAND_F32_LIMITS_LOW[16]) && (q[16] <= HAND_F32_LIMITS_HIGH[16])) ? within : 0;
+    return within;
+}
+
+void hand_f32_clamp(const float q[HAND_DOF], float clamped[HAND_DOF])
+{
+    const float above0 = (q[0] < HAND_F32_LIMITS_LOW[0]) ? HAND_F32_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > HAND_F32_LIMITS_HIGH[0]) ? HAND_F32_LIMITS_HIGH[0] : above0;
+    const float above1 = (q[1] < HAND_F32_LIMITS_LOW[1]) ? HAND_F32_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > HAND_F32_LIMITS_HIGH[1]) ? HAND_F32_LIMITS_HIGH[1] : above1;
+    const float above2 = (q[2] < HAND_F32_LIMITS_LOW[2]) ? HAND_F32_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > HAND_F32_LIMITS_HIGH[2]) ? HAND_F32_LIMITS_HIGH[2] : above2;
+    const float above3 = (q[3] < HAND_F32_LIMITS_LOW[3]) ? HAND_F32_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > HAND_F32_LIMITS_HIGH[3]) ? HAND_F32_LIMITS_HIGH[3] : above3;
+    const float above4 = (q[4] < HAND_F32_LIMITS_LOW[4]) ? HAND_F32_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > HAND_F32_LIMITS_HIGH[4]) ? HAND_F32_LIMITS_HIGH[4] : above4;
+    const float above5 = (q[5] < HAND_F32_LIMITS_LOW[5]) ? HAND_F32_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > HAND_F32_LIMITS_HIGH[5]) ? HAND_F32_LIMITS_HIGH[5] : above5;
+    const float above6 = (q[6] < HAND_F32_LIMITS_LOW[6]) ? HAND_F32_LIMITS_LOW[6] : q[6];
+    clamped[6] = (above6 > HAND_F32_LIMITS_HIGH[6]) ? HAND_F32_LIMITS_HIGH[6] : above6;
+    const float above7 = (q[7] < HAND_F32_LIMITS_LOW[7]) ? HAND_F32_LIMITS_LOW[7] : q[7];
+    clamped[7] = (above7 > HAND_F32_LIMITS_HIGH[7]) ? HAND_F32_LIMITS_HIGH[7] : above7;
+    const float above8 = (q[8] < HAND_F32_LIMITS_LOW[8]) ? HAND_F32_LIMITS_LOW[8] : q[8];
+    clamped[8] = (above8 > HAND_F32_LIMITS_HIGH[8]) ? HAND_F32_LIMITS_HIGH[8] : above8;
+    const float above9 = (q[9] < HAND_F32_LIMITS_LOW[9]) ? HAND_F32_LIMITS_LOW[9] : q[9];
+    clamped[9] = (above9 > HAND_F32_LIMITS_HIGH[9]) ? HAND_F32_LIMITS_HIGH[9] : above9;
+    const float above10 = (q[10] < HAND_F32_LIMITS_LOW[10]) ? HAND_F32_LIMITS_LOW[10] : q[10];
+    clamped[10] = (above10 > HAND_F32_LIMITS_HIGH[10]) ? HAND_F32_LIMITS_HIGH[10] : above10;
+    const float above11 = (q[11] < HAND_F32_LIMITS_LOW[11]) ? HAND_F32_LIMITS_LOW[11] : q[11];
+    clamped[11] = (above11 > HAND_F32_LIMITS_HIGH[11]) ? HAND_F32_LIMITS_HIGH[11] : above11;
+    const float above12 = (q[12] < HAND_F32_LIMITS_LOW[12]) ? HAND_F32_LIMITS_LOW[12] : q[12];
+    clamped[12] = (above12 > HAND_F32_LIMITS_HIGH[12]) ? HAND_F32_LIMITS_HIGH[12] : above12;
+    const float above13 = (q[13] < HAND_F32_LIMITS_LOW[13]) ? HAND_F32_LIMITS_LOW[13] : q[13];
+    clamped[13] = (above13 > HAND_F32_LIMITS_HIGH[13]) ? HAND_F32_LIMITS_HIGH[13] : above13;
+    const float above14 = (q[14] < HAND_F32_LIMITS_LOW[14]) ? HAND_F32_LIMITS_LOW[14] : q[14];
+    clamped[14] = (above14 > HAND_F32_LIMITS_HIGH[14]) ? HAND_F32_LIMITS_HIGH[14] : above14;
+    const float above15 = (q[15] < HAND_F32_LIMITS_LOW[15]) ? HAND_F32_LIMITS_LOW[15] : q[15];
+    clamped[15] = (above15 > HAND_F32_LIMITS_HIGH[15]) ? HAND_F32_LIMITS_HIGH[15] : above15;
+    const float above16 = (q[16] < HAND_F32_LIMITS_LOW[16]) ? HAND_F32_LIMITS_LOW[16] : q[16];
+    clamped[16] = (above16 > HAND_F32_LIMITS_HIGH[16]) ? HAND_F32_LIMITS_HIGH[16] : above16;
 }

@@ -9,8 +9,35 @@
 
 #include "hand_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if HAND_MODEL != 0x58c27981d38536f7U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void hand_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define HAND_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define HAND_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define HAND_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define HAND_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define HAND_F32_LANES
+typedef float hand_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float hand_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, hand_f32_lanes *taken)
+{
+    const hand_f32_lanes a = *(const hand_f32_lanes *)from;
+    const hand_f32_lanes b = *(const hand_f32_lanes *)(from + row);
+    const hand_f32_lanes c = *(const hand_f32_lanes *)(from + 2 * row);
+    const hand_f32_lanes d = *(const hand_f32_lanes *)(from + 3 * row);
+    const hand_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const hand_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const hand_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const hand_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const hand_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    hand_f32_lanes x[4];
+    hand_f32_lanes y[4];
+    hand_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(hand_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(hand_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(hand_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(hand_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(hand_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(hand_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 17 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef HAND_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -1249,8 +1357,11 @@ void hand_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t
     }
 }
 
-static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+HAND_F32_INLINE void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef HAND_F32_APART
+    HAND_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float qu3 = q[i * q_pose + 11 * q_joint] + 1.4835298F;
         const float qu5 = q[i * q_pose + 14 * q_joint] + 1.3962634F;
@@ -1349,13 +1460,13 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_p
         const float t20 = t14 + t19;
         const float t21 = s7_8 * (-25.0F);
         const float t22 = t21 - t20;
-        t[5][i] = t22;
+        t[5 * t_row + i] = t22;
         const float t23 = c6 * t18;
         const float t24 = s6 * t18;
         const float t25 = t23 + 9e+01F;
-        t[3][i] = t25;
+        t[3 * t_row + i] = t25;
         const float t26 = 25.0F + t24;
-        t[4][i] = t26;
+        t[4 * t_row + i] = t26;
         const float t27 = cu2 * 22.0F;
         const float t28 = su2 * 22.0F;
         const float t29 = c10 * 48.0F;
@@ -1366,13 +1477,13 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_p
         const float t34 = t28 + t33;
         const float t35 = s10_11 * (-29.0F);
         const float t36 = t35 - t34;
-        t[8][i] = t36;
+        t[8 * t_row + i] = t36;
         const float t37 = c9 * t32;
         const float t38 = s9 * t32;
         const float t39 = t37 + 94.0F;
-        t[6][i] = t39;
+        t[6 * t_row + i] = t39;
         const float t40 = t38 + 3.0F;
-        t[7][i] = t40;
+        t[7 * t_row + i] = t40;
         const float t41 = cu4 * 21.0F;
         const float t42 = su4 * 21.0F;
         const float t43 = c13 * 44.0F;
@@ -1383,13 +1494,13 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_p
         const float t48 = t42 + t47;
         const float t49 = s13_14 * (-27.0F);
         const float t50 = t49 - t48;
-        t[11][i] = t50;
+        t[11 * t_row + i] = t50;
         const float t51 = su3 * t46;
         const float t52 = cu3 * t46;
         const float t53 = t51 + 88.0F;
-        t[9][i] = t53;
+        t[9 * t_row + i] = t53;
         const float t54 = (-18.0F) - t52;
-        t[10][i] = t54;
+        t[10 * t_row + i] = t54;
         const float t55 = cu6 * 18.0F;
         const float t56 = su6 * 18.0F;
         const float t57 = c16 * 34.0F;
@@ -1400,13 +1511,13 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_p
         const float t62 = t56 + t61;
         const float t63 = s16_17 * (-2e+01F);
         const float t64 = t63 - t62;
-        t[14][i] = t64;
+        t[14 * t_row + i] = t64;
         const float t65 = su5 * t60;
         const float t66 = cu5 * t60;
         const float t67 = t65 + 78.0F;
-        t[12][i] = t67;
+        t[12 * t_row + i] = t67;
         const float t68 = (-37.0F) - t66;
-        t[13][i] = t68;
+        t[13 * t_row + i] = t68;
         const float t69 = c2 * t12;
         const float t70 = s2 * t12;
         const float t71 = s2 * t9;
@@ -1425,17 +1536,17 @@ static inline void hand_f32_position_tile(const float *restrict q, ptrdiff_t q_p
         const float t84 = t81 + t83;
         const float t85 = t74 * 0.8660254F;
         const float t86 = t82 - t85;
-        t[2][i] = t86;
+        t[2 * t_row + i] = t86;
         const float t87 = 0.8660254F * t84;
         const float t88 = 0.5F * t84;
         const float t89 = t78 * 0.5F;
         const float t90 = t89 - t87;
         const float t91 = t90 + 2e+01F;
-        t[0][i] = t91;
+        t[0 * t_row + i] = t91;
         const float t92 = t78 * 0.8660254F;
         const float t93 = t92 + t88;
         const float t94 = 25.0F - t93;
-        t[1][i] = t94;
+        t[1 * t_row + i] = t94;
     }
 }
 
@@ -1445,15 +1556,25 @@ void hand_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff
     float t[15][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef HAND_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tips_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tips + begin;
+            hand_f32_position_tile(q + begin, 1, q_joint, to, base_p_tips_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_17(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_17(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        hand_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        hand_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_17(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

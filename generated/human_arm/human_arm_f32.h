@@ -23,8 +23,24 @@
  *   q[7]  Q20  revolute   rad  no limits
  *   q[8]  Q21  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of human_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row  alpha     a     d      theta
+ *   Q13     90     0     0       q[0]
+ *   Q14    -90  0.16     0       q[1]
+ *   Q15     90     0     0       q[2]
+ *   Q16     90     0     0  q[3] + 90
+ *   Q17     90     0  0.29  q[4] + 90
+ *   Q18    -90     0     0       q[5]
+ *   Q19     90     0  0.26       q[6]
+ *   Q20     90     0     0  q[7] + 90
+ *   Q21      0     0     0       q[8]
+ *
+ * Made by:
+ *   kinegen build human_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_ARM_F32_SINCOS(x, s, c),
@@ -54,6 +70,7 @@
 #define HUMAN_ARM_FRAME_Q20 7
 #define HUMAN_ARM_FRAME_Q21 8
 #define HUMAN_ARM_FRAME_TOOL 9
+#define HUMAN_ARM_MODEL 0x107424094c5fe38eU
 
 #ifdef __cplusplus
 extern "C" {
@@ -85,6 +102,25 @@ void human_arm_f32_frames(const float q[HUMAN_ARM_DOF], float base_T_frames[HUMA
  * q[6], q[7] and q[8] anywhere up to 12000 rad.
  */
 void human_arm_f32_position(const float q[HUMAN_ARM_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float HUMAN_ARM_F32_LIMITS_LOW[HUMAN_ARM_DOF];
+extern const float HUMAN_ARM_F32_LIMITS_HIGH[HUMAN_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int human_arm_f32_within_limits(const float q[HUMAN_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void human_arm_f32_clamp(const float q[HUMAN_ARM_DOF], float clamped[HUMAN_ARM_DOF]);
 
 #ifdef __cplusplus
 }

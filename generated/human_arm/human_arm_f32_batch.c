@@ -9,8 +9,35 @@
 
 #include "human_arm_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if HUMAN_ARM_MODEL != 0x107424094c5fe38eU
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void human_arm_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define HUMAN_ARM_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define HUMAN_ARM_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define HUMAN_ARM_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define HUMAN_ARM_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define HUMAN_ARM_F32_LANES
+typedef float human_arm_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float human_arm_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, human_arm_f32_lanes *taken)
+{
+    const human_arm_f32_lanes a = *(const human_arm_f32_lanes *)from;
+    const human_arm_f32_lanes b = *(const human_arm_f32_lanes *)(from + row);
+    const human_arm_f32_lanes c = *(const human_arm_f32_lanes *)(from + 2 * row);
+    const human_arm_f32_lanes d = *(const human_arm_f32_lanes *)(from + 3 * row);
+    const human_arm_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const human_arm_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const human_arm_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const human_arm_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const human_arm_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    human_arm_f32_lanes x[4];
+    human_arm_f32_lanes y[4];
+    human_arm_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(human_arm_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(human_arm_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(human_arm_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(human_arm_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(human_arm_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(human_arm_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 9 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef HUMAN_ARM_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -190,8 +298,11 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void human_arm_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+HUMAN_ARM_F32_INLINE void human_arm_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef HUMAN_ARM_F32_APART
+    HUMAN_ARM_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
@@ -302,58 +413,58 @@ static inline void human_arm_f32_fk_tile(const float *restrict q, ptrdiff_t q_po
         const float t79 = t76 - t78;
         const float t80 = c2 * t44;
         const float t81 = t77 + t80;
-        t[8][i] = t81;
+        t[8 * t_row + i] = t81;
         const float t82 = c2 * t66;
         const float t83 = s2 * t66;
         const float t84 = s2 * t50;
         const float t85 = t82 + t84;
         const float t86 = c2 * t50;
         const float t87 = t83 - t86;
-        t[10][i] = t87;
+        t[10 * t_row + i] = t87;
         const float t88 = s2 * t56;
         const float t89 = s2 * t75;
         const float t90 = c2 * t75;
         const float t91 = t88 + t90;
         const float t92 = c2 * t56;
         const float t93 = t92 - t89;
-        t[11][i] = t93;
+        t[11 * t_row + i] = t93;
         const float t94 = c1 * t79;
         const float t95 = s1 * t79;
         const float t96 = s1 * t62;
         const float t97 = t94 + t96;
-        t[0][i] = t97;
+        t[0 * t_row + i] = t97;
         const float t98 = c1 * t62;
         const float t99 = t95 - t98;
-        t[4][i] = t99;
+        t[4 * t_row + i] = t99;
         const float t100 = c1 * t85;
         const float t101 = s1 * t85;
         const float t102 = s1 * t68;
         const float t103 = t100 - t102;
-        t[2][i] = t103;
+        t[2 * t_row + i] = t103;
         const float t104 = c1 * t68;
         const float t105 = t101 + t104;
-        t[6][i] = t105;
+        t[6 * t_row + i] = t105;
         const float t106 = s1 * t74;
         const float t107 = s1 * t91;
         const float t108 = c1 * t91;
         const float t109 = t106 + t108;
         const float t110 = c1 * t74;
         const float t111 = t110 - t107;
-        t[7][i] = t111;
+        t[7 * t_row + i] = t111;
         const float t112 = -t109;
-        t[3][i] = t112;
+        t[3 * t_row + i] = t112;
         const float t113 = t87 * t99;
         const float t114 = t87 * t97;
         const float t115 = t99 * t103;
         const float t116 = t81 * t103;
         const float t117 = t114 - t116;
-        t[5][i] = t117;
+        t[5 * t_row + i] = t117;
         const float t118 = t81 * t105;
         const float t119 = t118 - t113;
-        t[1][i] = t119;
+        t[1 * t_row + i] = t119;
         const float t120 = t97 * t105;
         const float t121 = t115 - t120;
-        t[9][i] = t121;
+        t[9 * t_row + i] = t121;
     }
 }
 
@@ -363,15 +474,25 @@ void human_arm_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef HUMAN_ARM_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            human_arm_f32_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_9(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_9(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        human_arm_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        human_arm_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_9(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -720,8 +841,11 @@ void human_arm_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrd
     }
 }
 
-static inline void human_arm_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+HUMAN_ARM_F32_INLINE void human_arm_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef HUMAN_ARM_F32_APART
+    HUMAN_ARM_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
@@ -765,16 +889,16 @@ static inline void human_arm_f32_position_tile(const float *restrict q, ptrdiff_
         const float t21 = t18 + t20;
         const float t22 = c2 * t10;
         const float t23 = t22 - t19;
-        t[2][i] = t23;
+        t[2 * t_row + i] = t23;
         const float t24 = s1 * t16;
         const float t25 = s1 * t21;
         const float t26 = c1 * t21;
         const float t27 = t24 + t26;
         const float t28 = c1 * t16;
         const float t29 = t28 - t25;
-        t[1][i] = t29;
+        t[1 * t_row + i] = t29;
         const float t30 = -t27;
-        t[0][i] = t30;
+        t[0 * t_row + i] = t30;
     }
 }
 
@@ -784,15 +908,25 @@ void human_arm_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, pt
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef HUMAN_ARM_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tool + begin;
+            human_arm_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_9(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_9(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        human_arm_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        human_arm_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_9(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

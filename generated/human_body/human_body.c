@@ -9,10 +9,37 @@
 
 #include "human_body.h"
 
+#if HUMAN_BODY_MODEL != 0xb7e0951aeebbe672U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #if defined(DBL_MANT_DIG)
@@ -20,6 +47,9 @@
 #error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
 #endif
 #endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { HUMAN_BODY_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 #ifndef KINEGEN_HUMAN_BODY_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
@@ -1525,4 +1555,125 @@ void human_body_position(const double q[restrict HUMAN_BODY_DOF], double base_p_
     const double t105 = c1 * t98;
     const double t106 = t102 + t105;
     base_p_tool[1] = t106;
+}
+
+const double HUMAN_BODY_LIMITS_LOW[HUMAN_BODY_DOF] = {
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308,
+    -1.7976931348623157e+308
+};
+
+const double HUMAN_BODY_LIMITS_HIGH[HUMAN_BODY_DOF] = {
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308,
+    1.7976931348623157e+308
+};
+
+int human_body_within_limits(const double q[HUMAN_BODY_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= HUMAN_BODY_LIMITS_LOW[0]) && (q[0] <= HUMAN_BODY_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= HUMAN_BODY_LIMITS_LOW[1]) && (q[1] <= HUMAN_BODY_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= HUMAN_BODY_LIMITS_LOW[2]) && (q[2] <= HUMAN_BODY_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= HUMAN_BODY_LIMITS_LOW[3]) && (q[3] <= HUMAN_BODY_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= HUMAN_BODY_LIMITS_LOW[4]) && (q[4] <= HUMAN_BODY_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= HUMAN_BODY_LIMITS_LOW[5]) && (q[5] <= HUMAN_BODY_LIMITS_HIGH[5])) ? within : 0;
+    within = ((q[6] >= HUMAN_BODY_LIMITS_LOW[6]) && (q[6] <= HUMAN_BODY_LIMITS_HIGH[6])) ? within : 0;
+    within = ((q[7] >= HUMAN_BODY_LIMITS_LOW[7]) && (q[7] <= HUMAN_BODY_LIMITS_HIGH[7])) ? within : 0;
+    within = ((q[8] >= HUMAN_BODY_LIMITS_LOW[8]) && (q[8] <= HUMAN_BODY_LIMITS_HIGH[8])) ? within : 0;
+    within = ((q[9] >= HUMAN_BODY_LIMITS_LOW[9]) && (q[9] <= HUMAN_BODY_LIMITS_HIGH[9])) ? within : 0;
+    within = ((q[10] >= HUMAN_BODY_LIMITS_LOW[10]) && (q[10] <= HUMAN_BODY_LIMITS_HIGH[10])) ? within : 0;
+    within = ((q[11] >= HUMAN_BODY_LIMITS_LOW[11]) && (q[11] <= HUMAN_BODY_LIMITS_HIGH[11])) ? within : 0;
+    within = ((q[12] >= HUMAN_BODY_LIMITS_LOW[12]) && (q[12] <= HUMAN_BODY_LIMITS_HIGH[12])) ? within : 0;
+    within = ((q[13] >= HUMAN_BODY_LIMITS_LOW[13]) && (q[13] <= HUMAN_BODY_LIMITS_HIGH[13])) ? within : 0;
+    within = ((q[14] >= HUMAN_BODY_LIMITS_LOW[14]) && (q[14] <= HUMAN_BODY_LIMITS_HIGH[14])) ? within : 0;
+    within = ((q[15] >= HUMAN_BODY_LIMITS_LOW[15]) && (q[15] <= HUMAN_BODY_LIMITS_HIGH[15])) ? within : 0;
+    within = ((q[16] >= HUMAN_BODY_LIMITS_LOW[16]) && (q[16] <= HUMAN_BODY_LIMITS_HIGH[16])) ? within : 0;
+    within = ((q[17] >= HUMAN_BODY_LIMITS_LOW[17]) && (q[17] <= HUMAN_BODY_LIMITS_HIGH[17])) ? within : 0;
+    within = ((q[18] >= HUMAN_BODY_LIMITS_LOW[18]) && (q[18] <= HUMAN_BODY_LIMITS_HIGH[18])) ? within : 0;
+    within = ((q[19] >= HUMAN_BODY_LIMITS_LOW[19]) && (q[19] <= HUMAN_BODY_LIMITS_HIGH[19])) ? within : 0;
+    within = ((q[20] >= HUMAN_BODY_LIMITS_LOW[20]) && (q[20] <= HUMAN_BODY_LIMITS_HIGH[20])) ? within : 0;
+    return within;
+}
+
+void human_body_clamp(const double q[HUMAN_BODY_DOF], double clamped[HUMAN_BODY_DOF])
+{
+    const double above0 = (q[0] < HUMAN_BODY_LIMITS_LOW[0]) ? HUMAN_BODY_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > HUMAN_BODY_LIMITS_HIGH[0]) ? HUMAN_BODY_LIMITS_HIGH[0] : above0;
+    const double above1 = (q[1] < HUMAN_BODY_LIMITS_LOW[1]) ? HUMAN_BODY_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > HUMAN_BODY_LIMITS_HIGH[1]) ? HUMAN_BODY_LIMITS_HIGH[1] : above1;
+    const double above2 = (q[2] < HUMAN_BODY_LIMITS_LOW[2]) ? HUMAN_BODY_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > HUMAN_BODY_LIMITS_HIGH[2]) ? HUMAN_BODY_LIMITS_HIGH[2] : above2;
+    const double above3 = (q[3] < HUMAN_BODY_LIMITS_LOW[3]) ? HUMAN_BODY_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > HUMAN_BODY_LIMITS_HIGH[3]) ? HUMAN_BODY_LIMITS_HIGH[3] : above3;
+    const double above4 = (q[4] < HUMAN_BODY_LIMITS_LOW[4]) ? HUMAN_BODY_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > HUMAN_BODY_LIMITS_HIGH[4]) ? HUMAN_BODY_LIMITS_HIGH[4] : above4;
+    const double above5 = (q[5] < HUMAN_BODY_LIMITS_LOW[5]) ? HUMAN_BODY_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > HUMAN_BODY_LIMITS_HIGH[5]) ? HUMAN_BODY_LIMITS_HIGH[5] : above5;
+    const double above6 = (q[6] < HUMAN_BODY_LIMITS_LOW[6]) ? HUMAN_BODY_LIMITS_LOW[6] : q[6];
+    clamped[6] = (above6 > HUMAN_BODY_LIMITS_HIGH[6]) ? HUMAN_BODY_LIMITS_HIGH[6] : above6;
+    const double above7 = (q[7] < HUMAN_BODY_LIMITS_LOW[7]) ? HUMAN_BODY_LIMITS_LOW[7] : q[7];
+    clamped[7] = (above7 > HUMAN_BODY_LIMITS_HIGH[7]) ? HUMAN_BODY_LIMITS_HIGH[7] : above7;
+    const double above8 = (q[8] < HUMAN_BODY_LIMITS_LOW[8]) ? HUMAN_BODY_LIMITS_LOW[8] : q[8];
+    clamped[8] = (above8 > HUMAN_BODY_LIMITS_HIGH[8]) ? HUMAN_BODY_LIMITS_HIGH[8] : above8;
+    const double above9 = (q[9] < HUMAN_BODY_LIMITS_LOW[9]) ? HUMAN_BODY_LIMITS_LOW[9] : q[9];
+    clamped[9] = (above9 > HUMAN_BODY_LIMITS_HIGH[9]) ? HUMAN_BODY_LIMITS_HIGH[9] : above9;
+    const double above10 = (q[10] < HUMAN_BODY_LIMITS_LOW[10]) ? HUMAN_BODY_LIMITS_LOW[10] : q[10];
+    clamped[10] = (above10 > HUMAN_BODY_LIMITS_HIGH[10]) ? HUMAN_BODY_LIMITS_HIGH[10] : above10;
+    const double above11 = (q[11] < HUMAN_BODY_LIMITS_LOW[11]) ? HUMAN_BODY_LIMITS_LOW[11] : q[11];
+    clamped[11] = (above11 > HUMAN_BODY_LIMITS_HIGH[11]) ? HUMAN_BODY_LIMITS_HIGH[11] : above11;
+    const double above12 = (q[12] < HUMAN_BODY_LIMITS_LOW[12]) ? HUMAN_BODY_LIMITS_LOW[12] : q[12];
+    clamped[12] = (above12 > HUMAN_BODY_LIMITS_HIGH[12]) ? HUMAN_BODY_LIMITS_HIGH[12] : above12;
+    const double above13 = (q[13] < HUMAN_BODY_LIMITS_LOW[13]) ? HUMAN_BODY_LIMITS_LOW[13] : q[13];
+    clamped[13] = (above13 > HUMAN_BODY_LIMITS_HIGH[13]) ? HUMAN_BODY_LIMITS_HIGH[13] : above13;
+    const double above14 = (q[14] < HUMAN_BODY_LIMITS_LOW[14]) ? HUMAN_BODY_LIMITS_LOW[14] : q[14];
+    clamped[14] = (above14 > HUMAN_BODY_LIMITS_HIGH[14]) ? HUMAN_BODY_LIMITS_HIGH[14] : above14;
+    const double above15 = (q[15] < HUMAN_BODY_LIMITS_LOW[15]) ? HUMAN_BODY_LIMITS_LOW[15] : q[15];
+    clamped[15] = (above15 > HUMAN_BODY_LIMITS_HIGH[15]) ? HUMAN_BODY_LIMITS_HIGH[15] : above15;
+    const double above16 = (q[16] < HUMAN_BODY_LIMITS_LOW[16]) ? HUMAN_BODY_LIMITS_LOW[16] : q[16];
+    clamped[16] = (above16 > HUMAN_BODY_LIMITS_HIGH[16]) ? HUMAN_BODY_LIMITS_HIGH[16] : above16;
+    const double above17 = (q[17] < HUMAN_BODY_LIMITS_LOW[17]) ? HUMAN_BODY_LIMITS_LOW[17] : q[17];
+    clamped[17] = (above17 > HUMAN_BODY_LIMITS_HIGH[17]) ? HUMAN_BODY_LIMITS_HIGH[17] : above17;
+    const double above18 = (q[18] < HUMAN_BODY_LIMITS_LOW[18]) ? HUMAN_BODY_LIMITS_LOW[18] : q[18];
+    clamped[18] = (above18 > HUMAN_BODY_LIMITS_HIGH[18]) ? HUMAN_BODY_LIMITS_HIGH[18] : above18;
+    const double above19 = (q[19] < HUMAN_BODY_LIMITS_LOW[19]) ? HUMAN_BODY_LIMITS_LOW[19] : q[19];
+    clamped[19] = (above19 > HUMAN_BODY_LIMITS_HIGH[19]) ? HUMAN_BODY_LIMITS_HIGH[19] : above19;
+    const double above20 = (q[20] < HUMAN_BODY_LIMITS_LOW[20]) ? HUMAN_BODY_LIMITS_LOW[20] : q[20];
+    clamped[20] = (above20 > HUMAN_BODY_LIMITS_HIGH[20]) ? HUMAN_BODY_LIMITS_HIGH[20] : above20;
 }

@@ -35,8 +35,35 @@
  *   q[19]  Q20  revolute   rad  no limits
  *   q[20]  Q21  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of human_body.yaml, standard convention, lengths in m, angles in deg:
+ *   row  alpha     a     d       theta
+ *   Q1      90     0     0   q[0] + 90
+ *   Q2      90     0     0   q[1] + 90
+ *   Q3      90     0  0.11   q[2] + 90
+ *   Q4      90     0     0   q[3] + 90
+ *   Q5      90     0     0   q[4] + 90
+ *   Q6      90     0  0.12   q[5] + 90
+ *   Q7      90     0     0   q[6] + 90
+ *   Q8      90     0     0   q[7] + 90
+ *   Q9      90     0  0.13   q[8] + 90
+ *   Q10     90     0     0   q[9] + 90
+ *   Q11     90     0     0  q[10] + 90
+ *   Q12    -90  0.05  0.14  q[11] - 90
+ *   Q13     90     0     0       q[12]
+ *   Q14    -90  0.16     0       q[13]
+ *   Q15     90     0     0       q[14]
+ *   Q16     90     0     0  q[15] + 90
+ *   Q17     90     0  0.29  q[16] + 90
+ *   Q18    -90     0     0       q[17]
+ *   Q19     90     0  0.26       q[18]
+ *   Q20     90     0     0  q[19] + 90
+ *   Q21      0     0     0       q[20]
+ *
+ * Made by:
+ *   kinegen build human_body.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HUMAN_BODY_SINCOS(x, s, c), defined
@@ -78,6 +105,7 @@
 #define HUMAN_BODY_FRAME_Q20 19
 #define HUMAN_BODY_FRAME_Q21 20
 #define HUMAN_BODY_FRAME_TOOL 21
+#define HUMAN_BODY_MODEL 0xb7e0951aeebbe672U
 
 #ifdef __cplusplus
 extern "C" {
@@ -112,6 +140,25 @@ void human_body_frames(const double q[HUMAN_BODY_DOF], double base_T_frames[HUMA
  * anywhere up to 100000 rad.
  */
 void human_body_position(const double q[HUMAN_BODY_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double HUMAN_BODY_LIMITS_LOW[HUMAN_BODY_DOF];
+extern const double HUMAN_BODY_LIMITS_HIGH[HUMAN_BODY_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int human_body_within_limits(const double q[HUMAN_BODY_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void human_body_clamp(const double q[HUMAN_BODY_DOF], double clamped[HUMAN_BODY_DOF]);
 
 #ifdef __cplusplus
 }

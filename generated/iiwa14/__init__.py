@@ -22,9 +22,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("iiwa14 needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -32,9 +43,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 7
@@ -52,15 +65,48 @@ JOINTS: tuple[str, ...] = (
 """Names of the joints, in the order of the joint vector."""
 
 LIMITS: tuple[tuple[float, float] | None, ...] = (
-    (-2.96705972839036, 2.96705972839036),
-    (-2.0943951023931953, 2.0943951023931953),
-    (-2.96705972839036, 2.96705972839036),
-    (-2.0943951023931953, 2.0943951023931953),
-    (-2.96705972839036, 2.96705972839036),
-    (-2.0943951023931953, 2.0943951023931953),
-    (-3.0543261909900767, 3.0543261909900767),
+    (-2.9670597283903604, 2.9670597283903604),
+    (-2.0943951023931957, 2.0943951023931957),
+    (-2.9670597283903604, 2.9670597283903604),
+    (-2.0943951023931957, 2.0943951023931957),
+    (-2.9670597283903604, 2.9670597283903604),
+    (-2.0943951023931957, 2.0943951023931957),
+    (-3.054326190990077, 3.054326190990077),
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    (-2.967059850692749, 2.967059850692749),
+    (-2.094395160675049, 2.094395160675049),
+    (-2.967059850692749, 2.967059850692749),
+    (-2.094395160675049, 2.094395160675049),
+    (-2.967059850692749, 2.967059850692749),
+    (-2.094395160675049, 2.094395160675049),
+    (-3.054326295852661, 3.054326295852661),
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 7) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 7) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "joint_1",
@@ -74,7 +120,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("eb26bfa7788ba8dc")
+_native = load_native("4da4b5b1cbd930e8")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

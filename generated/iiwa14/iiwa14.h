@@ -21,8 +21,21 @@
  *   q[5]  joint_6  revolute   rad  -2.0944 to 2.0944
  *   q[6]  joint_7  revolute   rad  -3.05433 to 3.05433
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of iiwa14.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a      d  theta
+ *   joint_1    -90  0   0.36   q[0]
+ *   joint_2     90  0      0   q[1]
+ *   joint_3     90  0   0.42   q[2]
+ *   joint_4    -90  0      0   q[3]
+ *   joint_5    -90  0    0.4   q[4]
+ *   joint_6     90  0      0   q[5]
+ *   joint_7      0  0  0.126   q[6]
+ *
+ * Made by:
+ *   kinegen build iiwa14.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_IIWA14_SINCOS(x, s, c), defined
@@ -48,6 +61,7 @@
 #define IIWA14_FRAME_JOINT_6 5
 #define IIWA14_FRAME_JOINT_7 6
 #define IIWA14_FRAME_TOOL 7
+#define IIWA14_MODEL 0xa61b88532a45be31U
 
 #ifdef __cplusplus
 extern "C" {
@@ -76,6 +90,25 @@ void iiwa14_frames(const double q[IIWA14_DOF], double base_T_frames[IIWA14_FRAME
  * Proven error: |px| <= 1.2e-15 m, |py| <= 1.2e-15 m, |pz| <= 1.0e-15 m.
  */
 void iiwa14_position(const double q[IIWA14_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double IIWA14_LIMITS_LOW[IIWA14_DOF];
+extern const double IIWA14_LIMITS_HIGH[IIWA14_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int iiwa14_within_limits(const double q[IIWA14_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void iiwa14_clamp(const double q[IIWA14_DOF], double clamped[IIWA14_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,8 +9,8 @@ Kinova Jaco 2, six joints with bent wrist, angles of the controller
 Joint vector q, angles in rad and lengths in m:
 
     q[0]  joint_1  revolute   rad  no limits
-    q[1]  joint_2  revolute   rad  0.820305 to 5.46288
-    q[2]  joint_3  revolute   rad  0.331613 to 5.95157
+    q[1]  joint_2  revolute   rad  0.820304 to 5.46289
+    q[2]  joint_3  revolute   rad  0.331612 to 5.95158
     q[3]  joint_4  revolute   rad  no limits
     q[4]  joint_5  revolute   rad  no limits
     q[5]  joint_6  revolute   rad  no limits
@@ -21,9 +21,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("jaco2 needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -31,9 +42,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 6
@@ -51,13 +64,45 @@ JOINTS: tuple[str, ...] = (
 
 LIMITS: tuple[tuple[float, float] | None, ...] = (
     None,
-    (0.8203047484373349, 5.462880558742252),
-    (0.33161255787892263, 5.951572749300664),
+    (0.8203047484373348, 5.462880558742252),
+    (0.3316125578789226, 5.951572749300665),
     None,
     None,
     None,
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    None,
+    (0.8203046917915344, 5.462880611419678),
+    (0.33161255717277527, 5.951572895050049),
+    None,
+    None,
+    None,
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 6) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 6) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "joint_1",
@@ -70,7 +115,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("9d7afda92dfee81d")
+_native = load_native("1694eafcc21e3b9a")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

@@ -14,14 +14,26 @@
  *
  * Joint vector:
  *   q[0]  joint_1  revolute   rad  no limits
- *   q[1]  joint_2  revolute   rad  0.820305 to 5.46288
- *   q[2]  joint_3  revolute   rad  0.331613 to 5.95157
+ *   q[1]  joint_2  revolute   rad  0.820304 to 5.46289
+ *   q[2]  joint_3  revolute   rad  0.331612 to 5.95158
  *   q[3]  joint_4  revolute   rad  no limits
  *   q[4]  joint_5  revolute   rad  no limits
  *   q[5]  joint_6  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of jaco2.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha     a               d       theta
+ *   joint_1     90     0          0.2755       -q[0]
+ *   joint_2    180  0.41               0   q[1] - 90
+ *   joint_3     90     0         -0.0098   q[2] + 90
+ *   joint_4     60     0   -0.2500816549        q[3]
+ *   joint_5     60     0  -0.08556330989  q[4] - 180
+ *   joint_6    180     0   -0.2027816549   q[5] + 90
+ *
+ * Made by:
+ *   kinegen build jaco2.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_JACO2_SINCOS(x, s, c), defined where
@@ -47,6 +59,7 @@
 #define JACO2_FRAME_JOINT_5 4
 #define JACO2_FRAME_JOINT_6 5
 #define JACO2_FRAME_TOOL 6
+#define JACO2_MODEL 0x319f650a33e42f57U
 
 #ifdef __cplusplus
 extern "C" {
@@ -78,6 +91,25 @@ void jaco2_frames(const double q[JACO2_DOF], double base_T_frames[JACO2_FRAMES][
  * anywhere up to 100000 rad.
  */
 void jaco2_position(const double q[JACO2_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double JACO2_LIMITS_LOW[JACO2_DOF];
+extern const double JACO2_LIMITS_HIGH[JACO2_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int jaco2_within_limits(const double q[JACO2_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void jaco2_clamp(const double q[JACO2_DOF], double clamped[JACO2_DOF]);
 
 #ifdef __cplusplus
 }

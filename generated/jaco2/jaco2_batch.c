@@ -9,9 +9,47 @@
 
 #include "jaco2_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if JACO2_MODEL != 0x319f650a33e42f57U
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { JACO2_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -106,6 +144,22 @@ static inline void jaco2_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define JACO2_INLINE static inline __attribute__((always_inline))
+#else
+#define JACO2_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define JACO2_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define JACO2_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -120,6 +174,53 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define JACO2_LANES
+typedef double jaco2_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, jaco2_lanes *taken)
+{
+    const jaco2_lanes a = *(const jaco2_lanes *)from;
+    const jaco2_lanes b = *(const jaco2_lanes *)(from + row);
+    const jaco2_lanes c = *(const jaco2_lanes *)(from + 2 * row);
+    const jaco2_lanes d = *(const jaco2_lanes *)(from + 3 * row);
+    const jaco2_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const jaco2_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const jaco2_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const jaco2_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const jaco2_lanes last = {0, 0, 0, 1};
+    jaco2_lanes x[LANES];
+    jaco2_lanes y[LANES];
+    jaco2_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(jaco2_lanes *)one = x[i];
+        *(jaco2_lanes *)(one + 4) = y[i];
+        *(jaco2_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(jaco2_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -160,7 +261,15 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef JACO2_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -244,7 +353,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef JACO2_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -278,8 +395,11 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
     }
 }
 
-static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+JACO2_INLINE void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef JACO2_APART
+    JACO2_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q2m3 = q[i * q_pose + 1 * q_joint] - q[i * q_pose + 2 * q_joint];
         double s1;
@@ -343,14 +463,14 @@ static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptr
         const double t40 = t37 + t39;
         const double t41 = s2m3 * t25;
         const double t42 = t38 - t41;
-        t[9][i] = t42;
+        t[9 * t_row + i] = t42;
         const double t43 = s2m3 * t21;
         const double t44 = c2m3 * t21;
         const double t45 = c2m3 * t31;
         const double t46 = t43 + t45;
         const double t47 = s2m3 * t31;
         const double t48 = t44 - t47;
-        t[10][i] = t48;
+        t[10 * t_row + i] = t48;
         const double t49 = s2m3 * 0.2928633098939025;
         const double t50 = s2m3 * t34;
         const double t51 = c2m3 * t34;
@@ -364,18 +484,18 @@ static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptr
         const double t59 = s1 * t40;
         const double t60 = s1 * t27;
         const double t61 = t60 - t58;
-        t[1][i] = t61;
+        t[1 * t_row + i] = t61;
         const double t62 = c1 * t27;
         const double t63 = t59 + t62;
-        t[5][i] = t63;
+        t[5 * t_row + i] = t63;
         const double t64 = c1 * t46;
         const double t65 = s1 * t46;
         const double t66 = s1 * t33;
         const double t67 = t66 - t64;
-        t[2][i] = t67;
+        t[2 * t_row + i] = t67;
         const double t68 = c1 * t33;
         const double t69 = t65 + t68;
-        t[6][i] = t69;
+        t[6 * t_row + i] = t69;
         const double t70 = s1 * t36;
         const double t71 = s1 * t53;
         const double t72 = c1 * t53;
@@ -386,23 +506,23 @@ static inline void jaco2_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptr
         const double t77 = t63 * t67;
         const double t78 = t42 * t69;
         const double t79 = t76 - t78;
-        t[0][i] = t79;
+        t[0 * t_row + i] = t79;
         const double t80 = t42 * t67;
         const double t81 = t67 * 0.20278165494695127;
         const double t82 = t73 + t81;
-        t[3][i] = t82;
+        t[3 * t_row + i] = t82;
         const double t83 = t48 * t61;
         const double t84 = t80 - t83;
-        t[4][i] = t84;
+        t[4 * t_row + i] = t84;
         const double t85 = t61 * t69;
         const double t86 = t85 - t77;
-        t[8][i] = t86;
+        t[8 * t_row + i] = t86;
         const double t87 = t69 * 0.20278165494695127;
         const double t88 = t75 + t87;
-        t[7][i] = t88;
+        t[7 * t_row + i] = t88;
         const double t89 = t48 * (-0.20278165494695127);
         const double t90 = t57 - t89;
-        t[11][i] = t90;
+        t[11 * t_row + i] = t90;
     }
 }
 
@@ -412,15 +532,25 @@ void jaco2_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joi
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef JACO2_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_T_tool + begin;
+            jaco2_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        jaco2_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        jaco2_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -711,8 +841,11 @@ void jaco2_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
     }
 }
 
-static inline void jaco2_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+JACO2_INLINE void jaco2_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef JACO2_APART
+    JACO2_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q2m3 = q[i * q_pose + 1 * q_joint] - q[i * q_pose + 2 * q_joint];
         double s1;
@@ -755,15 +888,15 @@ static inline void jaco2_position_tile(const double *restrict q, ptrdiff_t q_pos
         const double t22 = t2 - t19;
         const double t23 = t21 - t3;
         const double t24 = 0.2755 + t23;
-        t[2][i] = t24;
+        t[2 * t_row + i] = t24;
         const double t25 = s1 * t15;
         const double t26 = s1 * t22;
         const double t27 = c1 * t22;
         const double t28 = t25 + t27;
-        t[0][i] = t28;
+        t[0 * t_row + i] = t28;
         const double t29 = c1 * t15;
         const double t30 = t29 - t26;
-        t[1][i] = t30;
+        t[1 * t_row + i] = t30;
     }
 }
 
@@ -773,15 +906,25 @@ void jaco2_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef JACO2_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_p_tool + begin;
+            jaco2_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        jaco2_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        jaco2_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

@@ -9,8 +9,35 @@
 
 #include "jaco2_f32.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if JACO2_MODEL != 0x319f650a33e42f57U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #ifndef KINEGEN_JACO2_F32_SINCOS
@@ -544,4 +571,50 @@ void jaco2_f32_position(const float q[restrict JACO2_DOF], float base_p_tool[res
     const float t29 = c1 * t15;
     const float t30 = t29 - t26;
     base_p_tool[1] = t30;
+}
+
+const float JACO2_F32_LIMITS_LOW[JACO2_DOF] = {
+    -3.4028235e+38F,
+    0.8203047F,
+    0.33161256F,
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F
+};
+
+const float JACO2_F32_LIMITS_HIGH[JACO2_DOF] = {
+    3.4028235e+38F,
+    5.4628806F,
+    5.951573F,
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F
+};
+
+int jaco2_f32_within_limits(const float q[JACO2_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= JACO2_F32_LIMITS_LOW[0]) && (q[0] <= JACO2_F32_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= JACO2_F32_LIMITS_LOW[1]) && (q[1] <= JACO2_F32_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= JACO2_F32_LIMITS_LOW[2]) && (q[2] <= JACO2_F32_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= JACO2_F32_LIMITS_LOW[3]) && (q[3] <= JACO2_F32_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= JACO2_F32_LIMITS_LOW[4]) && (q[4] <= JACO2_F32_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= JACO2_F32_LIMITS_LOW[5]) && (q[5] <= JACO2_F32_LIMITS_HIGH[5])) ? within : 0;
+    return within;
+}
+
+void jaco2_f32_clamp(const float q[JACO2_DOF], float clamped[JACO2_DOF])
+{
+    const float above0 = (q[0] < JACO2_F32_LIMITS_LOW[0]) ? JACO2_F32_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > JACO2_F32_LIMITS_HIGH[0]) ? JACO2_F32_LIMITS_HIGH[0] : above0;
+    const float above1 = (q[1] < JACO2_F32_LIMITS_LOW[1]) ? JACO2_F32_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > JACO2_F32_LIMITS_HIGH[1]) ? JACO2_F32_LIMITS_HIGH[1] : above1;
+    const float above2 = (q[2] < JACO2_F32_LIMITS_LOW[2]) ? JACO2_F32_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > JACO2_F32_LIMITS_HIGH[2]) ? JACO2_F32_LIMITS_HIGH[2] : above2;
+    const float above3 = (q[3] < JACO2_F32_LIMITS_LOW[3]) ? JACO2_F32_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > JACO2_F32_LIMITS_HIGH[3]) ? JACO2_F32_LIMITS_HIGH[3] : above3;
+    const float above4 = (q[4] < JACO2_F32_LIMITS_LOW[4]) ? JACO2_F32_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > JACO2_F32_LIMITS_HIGH[4]) ? JACO2_F32_LIMITS_HIGH[4] : above4;
+    const float above5 = (q[5] < JACO2_F32_LIMITS_LOW[5]) ? JACO2_F32_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > JACO2_F32_LIMITS_HIGH[5]) ? JACO2_F32_LIMITS_HIGH[5] : above5;
 }

@@ -13,15 +13,27 @@
  * Units: angles in rad, lengths in m.
  *
  * Joint vector:
- *   q[0]  joint_1  revolute   rad  -2.70526 to 2.70526
- *   q[1]  joint_2  revolute   rad  -3.14159 to 1.13446
- *   q[2]  joint_3  revolute   rad  -0.261799 to 2.75762
- *   q[3]  joint_4  revolute   rad  -6.10865 to 6.10865
+ *   q[0]  joint_1  revolute   rad  -2.70527 to 2.70527
+ *   q[1]  joint_2  revolute   rad  -3.1416 to 1.13447
+ *   q[2]  joint_3  revolute   rad  -0.2618 to 2.75763
+ *   q[3]  joint_4  revolute   rad  -6.10866 to 6.10866
  *   q[4]  joint_5  revolute   rad  -2.26893 to 2.26893
- *   q[5]  joint_6  revolute   rad  -6.10865 to 6.10865
+ *   q[5]  joint_6  revolute   rad  -6.10866 to 6.10866
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of kr5.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha     a       d  theta
+ *   joint_1    -90  0.18     0.4   q[0]
+ *   joint_2      0   0.6       0   q[1]
+ *   joint_3     90  0.12       0   q[2]
+ *   joint_4    -90     0   -0.62   q[3]
+ *   joint_5     90     0       0   q[4]
+ *   joint_6    180     0  -0.115   q[5]
+ *
+ * Made by:
+ *   kinegen build kr5.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_KR5_SINCOS(x, s, c), defined where
@@ -46,6 +58,7 @@
 #define KR5_FRAME_JOINT_5 4
 #define KR5_FRAME_JOINT_6 5
 #define KR5_FRAME_TOOL 6
+#define KR5_MODEL 0xa297b3a37f7b2bdaU
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +87,25 @@ void kr5_frames(const double q[KR5_DOF], double base_T_frames[KR5_FRAMES][16]);
  * Proven error: |px| <= 1.3e-15 m, |py| <= 1.3e-15 m, |pz| <= 8.8e-16 m.
  */
 void kr5_position(const double q[KR5_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double KR5_LIMITS_LOW[KR5_DOF];
+extern const double KR5_LIMITS_HIGH[KR5_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int kr5_within_limits(const double q[KR5_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void kr5_clamp(const double q[KR5_DOF], double clamped[KR5_DOF]);
 
 #ifdef __cplusplus
 }

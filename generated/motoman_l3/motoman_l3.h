@@ -19,8 +19,19 @@
  *   q[3]  joint_4  revolute   rad  no limits
  *   q[4]  joint_5  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of motoman_l3.yaml, modified convention, lengths in m, angles in deg:
+ *   row      alpha    a  d  theta
+ *   joint_1      0    0  0   q[0]
+ *   joint_2    -90    0  0   q[1]
+ *   joint_3      0  0.6  0   q[2]
+ *   joint_4      0  0.5  0   q[3]
+ *   joint_5     90    0  0   q[4]
+ *
+ * Made by:
+ *   kinegen build motoman_l3.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_MOTOMAN_L3_SINCOS(x, s, c), defined
@@ -45,6 +56,7 @@
 #define MOTOMAN_L3_FRAME_JOINT_4 3
 #define MOTOMAN_L3_FRAME_JOINT_5 4
 #define MOTOMAN_L3_FRAME_TOOL 5
+#define MOTOMAN_L3_MODEL 0xda5d212a1ebfcfb7U
 
 #ifdef __cplusplus
 extern "C" {
@@ -78,6 +90,25 @@ void motoman_l3_frames(const double q[MOTOMAN_L3_DOF], double base_T_frames[MOTO
  * up to 100000 rad, as far as sums of angles are too: |px| <= 3.7e-12 m, |py| <= 3.7e-12 m, |pz| <= 3.7e-12 m.
  */
 void motoman_l3_position(const double q[MOTOMAN_L3_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double MOTOMAN_L3_LIMITS_LOW[MOTOMAN_L3_DOF];
+extern const double MOTOMAN_L3_LIMITS_HIGH[MOTOMAN_L3_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int motoman_l3_within_limits(const double q[MOTOMAN_L3_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void motoman_l3_clamp(const double q[MOTOMAN_L3_DOF], double clamped[MOTOMAN_L3_DOF]);
 
 #ifdef __cplusplus
 }

@@ -19,8 +19,20 @@
  *   q[3]  joint_4  revolute   rad  no limits
  *   q[4]  joint_5  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of motoman_l3.yaml, modified convention, lengths in m, angles in deg:
+ *   row      alpha    a  d  theta
+ *   joint_1      0    0  0   q[0]
+ *   joint_2    -90    0  0   q[1]
+ *   joint_3      0  0.6  0   q[2]
+ *   joint_4      0  0.5  0   q[3]
+ *   joint_5     90    0  0   q[4]
+ *
+ * Made by:
+ *   kinegen build motoman_l3.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -46,6 +58,7 @@
 #define MOTOMAN_L3_FRAME_JOINT_4 3
 #define MOTOMAN_L3_FRAME_JOINT_5 4
 #define MOTOMAN_L3_FRAME_TOOL 5
+#define MOTOMAN_L3_MODEL 0xda5d212a1ebfcfb7U
 
 #ifdef __cplusplus
 extern "C" {
@@ -79,6 +92,25 @@ void motoman_l3_f32_frames(const float q[MOTOMAN_L3_DOF], float base_T_frames[MO
  * to 12000 rad, as far as sums of angles are too: |px| <= 2.5e-4 m, |py| <= 2.5e-4 m, |pz| <= 2.5e-4 m.
  */
 void motoman_l3_f32_position(const float q[MOTOMAN_L3_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float MOTOMAN_L3_F32_LIMITS_LOW[MOTOMAN_L3_DOF];
+extern const float MOTOMAN_L3_F32_LIMITS_HIGH[MOTOMAN_L3_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int motoman_l3_f32_within_limits(const float q[MOTOMAN_L3_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void motoman_l3_f32_clamp(const float q[MOTOMAN_L3_DOF], float clamped[MOTOMAN_L3_DOF]);
 
 #ifdef __cplusplus
 }

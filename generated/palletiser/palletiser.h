@@ -18,8 +18,19 @@
  *   q[2]  elbow     revolute   rad  no limits
  *   q[3]  turn      revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of palletiser.yaml, standard convention, lengths in mm, angles in deg:
+ *   row       alpha    a    d         theta
+ *   waist        90  150  600          q[0]
+ *   shoulder      0  900    0          q[1]
+ *   elbow         0  950    0          q[2]
+ *   level       -90  120    0  -q[1] - q[2]
+ *   turn        180    0    0          q[3]
+ *
+ * Made by:
+ *   kinegen build palletiser.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PALLETISER_SINCOS(x, s, c), defined
@@ -44,6 +55,7 @@
 #define PALLETISER_FRAME_LEVEL 3
 #define PALLETISER_FRAME_TURN 4
 #define PALLETISER_FRAME_TOOL 5
+#define PALLETISER_MODEL 0x97be61d9f87493d8U
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +89,25 @@ void palletiser_frames(const double q[PALLETISER_DOF], double base_T_frames[PALL
  * to 100000 rad, as far as sums of angles are too: |px| <= 7.0e-9 mm, |py| <= 7.0e-9 mm, |pz| <= 7.0e-9 mm.
  */
 void palletiser_position(const double q[PALLETISER_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double PALLETISER_LIMITS_LOW[PALLETISER_DOF];
+extern const double PALLETISER_LIMITS_HIGH[PALLETISER_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int palletiser_within_limits(const double q[PALLETISER_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void palletiser_clamp(const double q[PALLETISER_DOF], double clamped[PALLETISER_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,8 +9,35 @@
 
 #include "palletiser_f32.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if PALLETISER_MODEL != 0x97be61d9f87493d8U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #ifndef KINEGEN_PALLETISER_F32_SINCOS
@@ -308,4 +335,40 @@ void palletiser_f32_position(const float q[restrict PALLETISER_DOF], float base_
     const float t8 = t6 + t7;
     const float t9 = 6e+02F + t8;
     base_p_tool[2] = t9;
+}
+
+const float PALLETISER_F32_LIMITS_LOW[PALLETISER_DOF] = {
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F,
+    -3.4028235e+38F
+};
+
+const float PALLETISER_F32_LIMITS_HIGH[PALLETISER_DOF] = {
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F,
+    3.4028235e+38F
+};
+
+int palletiser_f32_within_limits(const float q[PALLETISER_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= PALLETISER_F32_LIMITS_LOW[0]) && (q[0] <= PALLETISER_F32_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= PALLETISER_F32_LIMITS_LOW[1]) && (q[1] <= PALLETISER_F32_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= PALLETISER_F32_LIMITS_LOW[2]) && (q[2] <= PALLETISER_F32_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= PALLETISER_F32_LIMITS_LOW[3]) && (q[3] <= PALLETISER_F32_LIMITS_HIGH[3])) ? within : 0;
+    return within;
+}
+
+void palletiser_f32_clamp(const float q[PALLETISER_DOF], float clamped[PALLETISER_DOF])
+{
+    const float above0 = (q[0] < PALLETISER_F32_LIMITS_LOW[0]) ? PALLETISER_F32_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > PALLETISER_F32_LIMITS_HIGH[0]) ? PALLETISER_F32_LIMITS_HIGH[0] : above0;
+    const float above1 = (q[1] < PALLETISER_F32_LIMITS_LOW[1]) ? PALLETISER_F32_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > PALLETISER_F32_LIMITS_HIGH[1]) ? PALLETISER_F32_LIMITS_HIGH[1] : above1;
+    const float above2 = (q[2] < PALLETISER_F32_LIMITS_LOW[2]) ? PALLETISER_F32_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > PALLETISER_F32_LIMITS_HIGH[2]) ? PALLETISER_F32_LIMITS_HIGH[2] : above2;
+    const float above3 = (q[3] < PALLETISER_F32_LIMITS_LOW[3]) ? PALLETISER_F32_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > PALLETISER_F32_LIMITS_HIGH[3]) ? PALLETISER_F32_LIMITS_HIGH[3] : above3;
 }

@@ -22,9 +22,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("panda needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -32,9 +43,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 7
@@ -52,15 +65,48 @@ JOINTS: tuple[str, ...] = (
 """Names of the joints, in the order of the joint vector."""
 
 LIMITS: tuple[tuple[float, float] | None, ...] = (
-    (-2.8973, 2.8973),
-    (-1.7628, 1.7628),
-    (-2.8973, 2.8973),
-    (-3.0718, -0.0698),
-    (-2.8973, 2.8973),
-    (-0.0175, 3.7525),
-    (-2.8973, 2.8973),
+    (-2.8973000000000004, 2.8973000000000004),
+    (-1.7628000000000001, 1.7628000000000001),
+    (-2.8973000000000004, 2.8973000000000004),
+    (-3.0718, -0.06979999999999999),
+    (-2.8973000000000004, 2.8973000000000004),
+    (-0.0175, 3.7525000000000004),
+    (-2.8973000000000004, 2.8973000000000004),
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    (-2.8973000049591064, 2.8973000049591064),
+    (-1.7628000974655151, 1.7628000974655151),
+    (-2.8973000049591064, 2.8973000049591064),
+    (-3.0718002319335938, -0.0697999969124794),
+    (-2.8973000049591064, 2.8973000049591064),
+    (-0.017500000074505806, 3.752500057220459),
+    (-2.8973000049591064, 2.8973000049591064),
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 7) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 7) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "joint_1",
@@ -75,7 +121,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("368bd0fe23d44d63")
+_native = load_native("22be53db026b148d")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

@@ -21,8 +21,22 @@
  *   q[5]  joint_6  revolute   rad  -0.0175 to 3.7525
  *   q[6]  joint_7  revolute   rad  -2.8973 to 2.8973
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of panda.yaml, modified convention, lengths in m, angles in rad:
+ *   row             alpha        a      d  theta
+ *   joint_1             0        0  0.333   q[0]
+ *   joint_2  -1.570796327        0      0   q[1]
+ *   joint_3   1.570796327        0  0.316   q[2]
+ *   joint_4   1.570796327   0.0825      0   q[3]
+ *   joint_5  -1.570796327  -0.0825  0.384   q[4]
+ *   joint_6   1.570796327        0      0   q[5]
+ *   joint_7   1.570796327    0.088      0   q[6]
+ *   flange              0        0  0.107      0
+ *
+ * Made by:
+ *   kinegen build panda.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PANDA_SINCOS(x, s, c), defined where
@@ -49,6 +63,7 @@
 #define PANDA_FRAME_JOINT_7 6
 #define PANDA_FRAME_FLANGE 7
 #define PANDA_FRAME_TOOL 8
+#define PANDA_MODEL 0x80c90563430ef308U
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +92,25 @@ void panda_frames(const double q[PANDA_DOF], double base_T_frames[PANDA_FRAMES][
  * Proven error: |px| <= 1.3e-15 m, |py| <= 1.3e-15 m, |pz| <= 1.1e-15 m.
  */
 void panda_position(const double q[PANDA_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double PANDA_LIMITS_LOW[PANDA_DOF];
+extern const double PANDA_LIMITS_HIGH[PANDA_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int panda_within_limits(const double q[PANDA_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void panda_clamp(const double q[PANDA_DOF], double clamped[PANDA_DOF]);
 
 #ifdef __cplusplus
 }

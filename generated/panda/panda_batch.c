@@ -9,9 +9,47 @@
 
 #include "panda_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if PANDA_MODEL != 0x80c90563430ef308U
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { PANDA_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -106,6 +144,22 @@ static inline void panda_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define PANDA_INLINE static inline __attribute__((always_inline))
+#else
+#define PANDA_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define PANDA_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define PANDA_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -120,6 +174,53 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define PANDA_LANES
+typedef double panda_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, panda_lanes *taken)
+{
+    const panda_lanes a = *(const panda_lanes *)from;
+    const panda_lanes b = *(const panda_lanes *)(from + row);
+    const panda_lanes c = *(const panda_lanes *)(from + 2 * row);
+    const panda_lanes d = *(const panda_lanes *)(from + 3 * row);
+    const panda_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const panda_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const panda_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const panda_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const panda_lanes last = {0, 0, 0, 1};
+    panda_lanes x[LANES];
+    panda_lanes y[LANES];
+    panda_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(panda_lanes *)one = x[i];
+        *(panda_lanes *)(one + 4) = y[i];
+        *(panda_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(panda_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 7 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -160,7 +261,15 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef PANDA_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -244,7 +353,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef PANDA_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -278,8 +395,11 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
     }
 }
 
-static inline void panda_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+PANDA_INLINE void panda_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef PANDA_APART
+    PANDA_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         double s1;
         double c1;
@@ -366,14 +486,14 @@ static inline void panda_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptr
         const double t61 = t60 - t58;
         const double t62 = c2 * t25;
         const double t63 = t59 + t62;
-        t[8][i] = t63;
+        t[8 * t_row + i] = t63;
         const double t64 = s2 * t31;
         const double t65 = c2 * t31;
         const double t66 = c2 * t49;
         const double t67 = t64 + t66;
         const double t68 = s2 * t49;
         const double t69 = t65 - t68;
-        t[10][i] = t69;
+        t[10 * t_row + i] = t69;
         const double t70 = c2 * t55;
         const double t71 = s2 * t55;
         const double t72 = s2 * t39;
@@ -381,43 +501,43 @@ static inline void panda_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptr
         const double t74 = c2 * t39;
         const double t75 = t71 + t74;
         const double t76 = t75 + 0.333;
-        t[11][i] = t76;
+        t[11 * t_row + i] = t76;
         const double t77 = s1 * t45;
         const double t78 = c1 * t45;
         const double t79 = c1 * t61;
         const double t80 = t77 + t79;
-        t[0][i] = t80;
+        t[0 * t_row + i] = t80;
         const double t81 = s1 * t61;
         const double t82 = t81 - t78;
-        t[4][i] = t82;
+        t[4 * t_row + i] = t82;
         const double t83 = c1 * t67;
         const double t84 = s1 * t67;
         const double t85 = s1 * t51;
         const double t86 = t83 - t85;
-        t[2][i] = t86;
+        t[2 * t_row + i] = t86;
         const double t87 = c1 * t51;
         const double t88 = t84 + t87;
-        t[6][i] = t88;
+        t[6 * t_row + i] = t88;
         const double t89 = c1 * t73;
         const double t90 = s1 * t73;
         const double t91 = s1 * t57;
         const double t92 = t89 - t91;
-        t[3][i] = t92;
+        t[3 * t_row + i] = t92;
         const double t93 = c1 * t57;
         const double t94 = t90 + t93;
-        t[7][i] = t94;
+        t[7 * t_row + i] = t94;
         const double t95 = t63 * t88;
         const double t96 = t63 * t86;
         const double t97 = t82 * t86;
         const double t98 = t69 * t82;
         const double t99 = t95 - t98;
-        t[1][i] = t99;
+        t[1 * t_row + i] = t99;
         const double t100 = t69 * t80;
         const double t101 = t100 - t96;
-        t[5][i] = t101;
+        t[5 * t_row + i] = t101;
         const double t102 = t80 * t88;
         const double t103 = t97 - t102;
-        t[9][i] = t103;
+        t[9 * t_row + i] = t103;
     }
 }
 
@@ -427,15 +547,25 @@ void panda_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joi
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef PANDA_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_T_tool + begin;
+            panda_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_7(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_7(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        panda_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        panda_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_7(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -756,8 +886,11 @@ void panda_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
     }
 }
 
-static inline void panda_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+PANDA_INLINE void panda_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef PANDA_APART
+    PANDA_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         double s1;
         double c1;
@@ -808,15 +941,15 @@ static inline void panda_position_tile(const double *restrict q, ptrdiff_t q_pos
         const double t28 = c2 * t17;
         const double t29 = t25 + t28;
         const double t30 = t29 + 0.333;
-        t[2][i] = t30;
+        t[2 * t_row + i] = t30;
         const double t31 = c1 * t27;
         const double t32 = s1 * t27;
         const double t33 = s1 * t23;
         const double t34 = t31 - t33;
-        t[0][i] = t34;
+        t[0 * t_row + i] = t34;
         const double t35 = c1 * t23;
         const double t36 = t32 + t35;
-        t[1][i] = t36;
+        t[1 * t_row + i] = t36;
     }
 }
 
@@ -826,15 +959,25 @@ void panda_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef PANDA_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_p_tool + begin;
+            panda_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_7(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_7(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        panda_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        panda_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_7(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

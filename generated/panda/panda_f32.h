@@ -21,8 +21,23 @@
  *   q[5]  joint_6  revolute   rad  -0.0175 to 3.7525
  *   q[6]  joint_7  revolute   rad  -2.8973 to 2.8973
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of panda.yaml, modified convention, lengths in m, angles in rad:
+ *   row             alpha        a      d  theta
+ *   joint_1             0        0  0.333   q[0]
+ *   joint_2  -1.570796327        0      0   q[1]
+ *   joint_3   1.570796327        0  0.316   q[2]
+ *   joint_4   1.570796327   0.0825      0   q[3]
+ *   joint_5  -1.570796327  -0.0825  0.384   q[4]
+ *   joint_6   1.570796327        0      0   q[5]
+ *   joint_7   1.570796327    0.088      0   q[6]
+ *   flange              0        0  0.107      0
+ *
+ * Made by:
+ *   kinegen build panda.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PANDA_F32_SINCOS(x, s, c),
@@ -49,6 +64,7 @@
 #define PANDA_FRAME_JOINT_7 6
 #define PANDA_FRAME_FLANGE 7
 #define PANDA_FRAME_TOOL 8
+#define PANDA_MODEL 0x80c90563430ef308U
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +93,25 @@ void panda_f32_frames(const float q[PANDA_DOF], float base_T_frames[PANDA_FRAMES
  * Proven error: |px| <= 6.9e-7 m, |py| <= 6.9e-7 m, |pz| <= 5.9e-7 m.
  */
 void panda_f32_position(const float q[PANDA_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float PANDA_F32_LIMITS_LOW[PANDA_DOF];
+extern const float PANDA_F32_LIMITS_HIGH[PANDA_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int panda_f32_within_limits(const float q[PANDA_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void panda_f32_clamp(const float q[PANDA_DOF], float clamped[PANDA_DOF]);
 
 #ifdef __cplusplus
 }

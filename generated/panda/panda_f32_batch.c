@@ -9,8 +9,35 @@
 
 #include "panda_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if PANDA_MODEL != 0x80c90563430ef308U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void panda_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define PANDA_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define PANDA_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define PANDA_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define PANDA_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define PANDA_F32_LANES
+typedef float panda_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float panda_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, panda_f32_lanes *taken)
+{
+    const panda_f32_lanes a = *(const panda_f32_lanes *)from;
+    const panda_f32_lanes b = *(const panda_f32_lanes *)(from + row);
+    const panda_f32_lanes c = *(const panda_f32_lanes *)(from + 2 * row);
+    const panda_f32_lanes d = *(const panda_f32_lanes *)(from + 3 * row);
+    const panda_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const panda_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const panda_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const panda_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const panda_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    panda_f32_lanes x[4];
+    panda_f32_lanes y[4];
+    panda_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(panda_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(panda_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(panda_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(panda_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(panda_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(panda_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 7 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef PANDA_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -190,8 +298,11 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void panda_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+PANDA_F32_INLINE void panda_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef PANDA_F32_APART
+    PANDA_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
@@ -278,14 +389,14 @@ static inline void panda_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, 
         const float t61 = t60 - t58;
         const float t62 = c2 * t25;
         const float t63 = t59 + t62;
-        t[8][i] = t63;
+        t[8 * t_row + i] = t63;
         const float t64 = s2 * t31;
         const float t65 = c2 * t31;
         const float t66 = c2 * t49;
         const float t67 = t64 + t66;
         const float t68 = s2 * t49;
         const float t69 = t65 - t68;
-        t[10][i] = t69;
+        t[10 * t_row + i] = t69;
         const float t70 = c2 * t55;
         const float t71 = s2 * t55;
         const float t72 = s2 * t39;
@@ -293,43 +404,43 @@ static inline void panda_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, 
         const float t74 = c2 * t39;
         const float t75 = t71 + t74;
         const float t76 = t75 + 0.333F;
-        t[11][i] = t76;
+        t[11 * t_row + i] = t76;
         const float t77 = s1 * t45;
         const float t78 = c1 * t45;
         const float t79 = c1 * t61;
         const float t80 = t77 + t79;
-        t[0][i] = t80;
+        t[0 * t_row + i] = t80;
         const float t81 = s1 * t61;
         const float t82 = t81 - t78;
-        t[4][i] = t82;
+        t[4 * t_row + i] = t82;
         const float t83 = c1 * t67;
         const float t84 = s1 * t67;
         const float t85 = s1 * t51;
         const float t86 = t83 - t85;
-        t[2][i] = t86;
+        t[2 * t_row + i] = t86;
         const float t87 = c1 * t51;
         const float t88 = t84 + t87;
-        t[6][i] = t88;
+        t[6 * t_row + i] = t88;
         const float t89 = c1 * t73;
         const float t90 = s1 * t73;
         const float t91 = s1 * t57;
         const float t92 = t89 - t91;
-        t[3][i] = t92;
+        t[3 * t_row + i] = t92;
         const float t93 = c1 * t57;
         const float t94 = t90 + t93;
-        t[7][i] = t94;
+        t[7 * t_row + i] = t94;
         const float t95 = t63 * t88;
         const float t96 = t63 * t86;
         const float t97 = t82 * t86;
         const float t98 = t69 * t82;
         const float t99 = t95 - t98;
-        t[1][i] = t99;
+        t[1 * t_row + i] = t99;
         const float t100 = t69 * t80;
         const float t101 = t100 - t96;
-        t[5][i] = t101;
+        t[5 * t_row + i] = t101;
         const float t102 = t80 * t88;
         const float t103 = t97 - t102;
-        t[9][i] = t103;
+        t[9 * t_row + i] = t103;
     }
 }
 
@@ -339,15 +450,25 @@ void panda_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef PANDA_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            panda_f32_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_7(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_7(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        panda_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        panda_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_7(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -668,8 +789,11 @@ void panda_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_
     }
 }
 
-static inline void panda_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+PANDA_F32_INLINE void panda_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef PANDA_F32_APART
+    PANDA_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
@@ -720,15 +844,15 @@ static inline void panda_f32_position_tile(const float *restrict q, ptrdiff_t q_
         const float t28 = c2 * t17;
         const float t29 = t25 + t28;
         const float t30 = t29 + 0.333F;
-        t[2][i] = t30;
+        t[2 * t_row + i] = t30;
         const float t31 = c1 * t27;
         const float t32 = s1 * t27;
         const float t33 = s1 * t23;
         const float t34 = t31 - t33;
-        t[0][i] = t34;
+        t[0 * t_row + i] = t34;
         const float t35 = c1 * t23;
         const float t36 = t32 + t35;
-        t[1][i] = t36;
+        t[1 * t_row + i] = t36;
     }
 }
 
@@ -738,15 +862,25 @@ void panda_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdif
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef PANDA_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tool + begin;
+            panda_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_7(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_7(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        panda_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        panda_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_7(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

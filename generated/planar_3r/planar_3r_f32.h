@@ -17,8 +17,19 @@
  *   q[1]  joint_2  revolute   rad  no limits
  *   q[2]  joint_3  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of planar_3r.yaml, modified convention, lengths in m, angles in deg:
+ *   row      alpha    a  d  theta
+ *   joint_1      0    0  0   q[0]
+ *   joint_2      0  0.4  0   q[1]
+ *   joint_3      0  0.3  0   q[2]
+ *   tool: Tx(0.2)
+ *
+ * Made by:
+ *   kinegen build planar_3r.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PLANAR_3R_F32_SINCOS(x, s, c),
@@ -42,6 +53,7 @@
 #define PLANAR_3R_FRAME_JOINT_2 1
 #define PLANAR_3R_FRAME_JOINT_3 2
 #define PLANAR_3R_FRAME_TOOL 3
+#define PLANAR_3R_MODEL 0x552e4ca115e529e9U
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,6 +87,25 @@ void planar_3r_f32_frames(const float q[PLANAR_3R_DOF], float base_T_frames[PLAN
  * far as sums of angles are too: |px| <= 3.5e-4 m, |py| <= 3.5e-4 m, |pz| <= 0 m.
  */
 void planar_3r_f32_position(const float q[PLANAR_3R_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float PLANAR_3R_F32_LIMITS_LOW[PLANAR_3R_DOF];
+extern const float PLANAR_3R_F32_LIMITS_HIGH[PLANAR_3R_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int planar_3r_f32_within_limits(const float q[PLANAR_3R_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void planar_3r_f32_clamp(const float q[PLANAR_3R_DOF], float clamped[PLANAR_3R_DOF]);
 
 #ifdef __cplusplus
 }

@@ -14,8 +14,11 @@
 
 #define PLANAR_3R_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define PLANAR_3R_TOLERANCE 1e-13
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef PLANAR_3R_TOLERANCE
+#define PLANAR_3R_TOLERANCE 1.0
+#endif
 
 /* Joint vectors. */
 static const double planar_3r_vectors_q[PLANAR_3R_VECTORS][PLANAR_3R_DOF] = {
@@ -57,6 +60,9 @@ static const double planar_3r_fk_expected[PLANAR_3R_VECTORS][12] = {
     {0.7734656047534789, -0.6338382745332874, 0.0, 0.10883919301116547, 0.6338382745332874, 0.7734656047534789, 0.0, -0.23274851508128358, 0.0, 0.0, 1.0, 0.0}
 };
 
+/* Accepted differences of these entries. */
+static const double planar_3r_fk_accepted[12] = {2.9642954757491683e-15, 2.9631457705159257e-15, 1.0842021724855044e-19, 1.5187850976872143e-15, 2.9631457705159257e-15, 2.9642954757491683e-15, 1.0842021724855044e-19, 1.5029930428456562e-15, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 1.0842021724855044e-19};
+
 /* What planar_3r_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const double planar_3r_frames_expected[PLANAR_3R_VECTORS][48] = {
     {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.4, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.7, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.9, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0},
@@ -76,6 +82,9 @@ static const double planar_3r_frames_expected[PLANAR_3R_VECTORS][48] = {
     {-0.98766673996032, -0.15657078519364281, 0.0, 0.0, 0.15657078519364281, -0.98766673996032, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.16379601394381907, 0.9864942299963625, 0.0, -0.39506669598412797, -0.9864942299963625, -0.16379601394381907, 0.0, 0.06262831407745713, 0.0, 0.0, 1.0, 0.0, -0.8621699665447051, 0.5066191358291771, 0.0, -0.44420550016727367, -0.5066191358291771, -0.8621699665447051, 0.0, -0.23331995492145163, 0.0, 0.0, 1.0, 0.0, -0.8621699665447051, 0.5066191358291771, 0.0, -0.6166394934762147, -0.5066191358291771, -0.8621699665447051, 0.0, -0.33464378208728707, 0.0, 0.0, 1.0, 0.0},
     {0.625884470662953, 0.7799157835195766, 0.0, 0.0, -0.7799157835195766, 0.625884470662953, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.9873590540157051, 0.15849952193370145, 0.0, 0.25035378826518123, -0.15849952193370145, -0.9873590540157051, 0.0, -0.31196631340783065, 0.0, 0.0, 1.0, 0.0, 0.7734656047534789, -0.6338382745332874, 0.0, -0.04585392793953032, 0.6338382745332874, 0.7734656047534789, 0.0, -0.35951616998794106, 0.0, 0.0, 1.0, 0.0, 0.7734656047534789, -0.6338382745332874, 0.0, 0.10883919301116547, 0.6338382745332874, 0.7734656047534789, 0.0, -0.23274851508128358, 0.0, 0.0, 1.0, 0.0}
 };
+
+/* Accepted differences of these entries. */
+static const double planar_3r_frames_accepted[48] = {2.997602166487923e-16, 2.990301780852501e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 2.990301780852501e-16, 2.997602166487923e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 1.0842021724855044e-19, 1.1879386363489176e-15, 1.1864391946665845e-15, 1.0842021724855044e-19, 2.19824158875781e-16, 1.1864391946665845e-15, 1.1879386363489176e-15, 1.0842021724855044e-19, 2.1953214345036413e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 1.0842021724855044e-19, 2.9642954757491683e-15, 2.9631457705159257e-15, 1.0842021724855044e-19, 7.649436639667329e-16, 2.9631457705159257e-15, 2.9642954757491683e-15, 1.0842021724855044e-19, 7.631977898072034e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 1.0842021724855044e-19, 2.9642954757491683e-15, 2.9631457705159257e-15, 1.0842021724855044e-19, 1.5187850976872143e-15, 2.9631457705159257e-15, 2.9642954757491683e-15, 1.0842021724855044e-19, 1.5029930428456562e-15, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 1.0842021724855044e-19};
 
 /* What planar_3r_position must return, 3 entries for each frame. */
 static const double planar_3r_position_expected[PLANAR_3R_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const double planar_3r_position_expected[PLANAR_3R_VECTORS][3] = {
     {0.10883919301116547, -0.23274851508128358, 0.0}
 };
 
+/* Accepted differences of these entries. */
+static const double planar_3r_position_accepted[3] = {1.5187850976872143e-15, 1.5029930428456562e-15, 1.0842021724855044e-19};
+
 #define PLANAR_3R_PAIRS 23
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef PLANAR_3R_PAIR_TOLERANCE
+#define PLANAR_3R_PAIR_TOLERANCE 1.887379141862766e-16
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const double planar_3r_pairs_expected[PLANAR_3R_PAIRS][5] = {
@@ -130,7 +147,7 @@ static const double planar_3r_pairs_expected[PLANAR_3R_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 double planar_3r_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

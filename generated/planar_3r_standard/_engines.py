@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import math
 import os
 import struct
@@ -16,9 +17,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.floating[Any]]
+
+_SLOWER = "about 50 times slower than C"
+_LARGE = 1 << 24  # bytes of a result whose memory is worth being used again
 
 
 class Array(NamedTuple):
@@ -40,6 +44,29 @@ class Array(NamedTuple):
         return (*self.shape[:-2], 3, 4) if layout == "3x4" and self.is_pose else self.shape
 
 
+def real_array(name: str, label: str, values: ArrayLike) -> NDArray[Any]:
+    """What a kernel is given, as an array of plain real numbers.
+
+    Args:
+        name: Who asks, for the message.
+        label: What it is called there.
+        values: Numbers in any form that NumPy takes.
+
+    Raises:
+        TypeError: If they are other things than real numbers, or masked.
+        ValueError: If they are lists of different lengths.
+    """
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise ValueError(f"{name}: {label} holds lists of different lengths, expected an array of numbers") from None
+    if isinstance(values, np.ma.MaskedArray):
+        raise TypeError(f"{name}: {label} is a masked array, expected plain real numbers")
+    if array.dtype.kind not in "fiub":
+        raise TypeError(f"{name}: {label} has entries of type {array.dtype}, expected plain real numbers")
+    return array
+
+
 class Compiled:
     """Calls the extension. Its `..._arrays` take the addresses of array objects and return 0 for what they decline."""
 
@@ -50,7 +77,7 @@ class Compiled:
     ) -> None:
         self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
         self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
-        self._results = len(results)
+        self._results, self._empty_large = len(results), getattr(native, "empty_large", None)
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
@@ -67,6 +94,17 @@ class Compiled:
     def direct(self, params: Any) -> Callable[..., int]:
         """The function that small plain arrays may be given to at once."""
         return self._prepared(params)[2]
+
+    def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
+        """The parameters as C structs, by number type; none where there are no parameters."""
+        return self._prepared(params)[1]
+
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result; that of large ones is used again when they are gone."""
+        if self._empty_large is None or math.prod(shape) * dtype.itemsize < _LARGE:
+            return np.empty(shape, dtype)
+        found: Floats = self._empty_large(np.empty, shape, dtype)
+        return found
 
     def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
         """The scalar kernel with its pointers filled in, inputs first."""
@@ -106,6 +144,14 @@ class Formula:
     def direct(self, params: Any) -> None:
         """There is no short cut."""
 
+    def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
+        """Memory for a result."""
+        return np.empty(shape, dtype)
+
+    def structs(self, _params: Any) -> dict[np.dtype[Any], Any]:
+        """There are none."""
+        return {}
+
     def fill(self, params: Any, real: np.dtype[Any], code: int, lead: int, arrays: Sequence[Floats]) -> None:
         """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
         shape = arrays[0].shape[:lead]
@@ -117,7 +163,8 @@ class Formula:
             upper = array[..., :3, :] if result.is_pose and code == 0 else array
             for place in np.ndindex(*upper.shape[lead:]):
                 row = next(rows)
-                upper[(..., *place)] = np.reshape(row, shape if np.ndim(row) else ())
+                index = (..., *place)
+                upper[index] = np.reshape(row, shape if np.ndim(row) else ())
             if upper is not array:
                 array[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
 
@@ -130,6 +177,19 @@ class Formula:
         return rows
 
 
+def forget(package: dict[str, Any]) -> None:
+    """Take out of Python's list what an earlier import of the package read, since it may have been built anew.
+
+    Args:
+        package: The names of the package, as it is imported again.
+    """
+    name = package["__name__"]
+    for module in [each for each in sys.modules if each.startswith(f"{name}._")]:
+        del sys.modules[module]
+        package.pop(module[len(name) + 1 :], None)
+    importlib.invalidate_caches()
+
+
 def load_native(stamp: str) -> Any:
     """Load the extension that lies beside this file.
 
@@ -139,17 +199,18 @@ def load_native(stamp: str) -> Any:
         stamp: Digest of the C sources that belong to the package.
 
     Returns:
-        The cffi module, or None where there is none; one that exists but does not serve is named in a warning.
+        The cffi module, or the same by ctypes where cffi is not installed; None where NumPy has to serve. A warning
+        then says why.
     """
     path = Path(__file__).with_name("_native.abi3.so")
-    if not path.exists():
-        return None
     try:
-        return _load(path, stamp)
+        if path.exists():
+            return _load(path, stamp)
+        reason = f"there is no {path.name} here; `kinegen build` with a C compiler makes it"
     except (ImportError, OSError, AttributeError) as error:
-        reason = str(error).partition("\n")[0]
-        warnings.warn(f"{path.parent.name}: {path.name} is not used, NumPy is: {reason}", RuntimeWarning, stacklevel=2)
-        return None
+        reason = f"{path.name} is not used: {str(error).partition(chr(10))[0]}"
+    warnings.warn(f"NumPy evaluates {path.parent.name}, {_SLOWER}: {reason}", RuntimeWarning, stacklevel=3)
+    return None
 
 
 def _load(path: Path, stamp: str) -> Any:
@@ -161,10 +222,52 @@ def _load(path: Path, stamp: str) -> Any:
     # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
     if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
         raise ImportError("it serves CPython with NumPy 1 or 2")
-    native = importlib.import_module(f"{__package__}._native")
-    if native.ffi.string(native.lib.kinegen_stamp()).decode() != stamp:
+    try:
+        native = importlib.import_module(f"{__package__}._native")
+        if _stamp(native) != stamp:
+            native = _load_again(_fresh_name(path), f"{__package__}._native")
+    except ImportError as error:
+        if "cffi" not in str(error):
+            raise
+        native = _without_cffi(str(path), error)
+        if _stamp(native) != stamp:
+            native = _without_cffi(_fresh_name(path), error)
+    if _stamp(native) != stamp:
         raise ImportError("it was built from other sources")
     if not native.lib.kinegen_select(os.fsencode(wanted := os.environ.get("KINEGEN_VARIANT", ""))):
         which = f"it has no variant {wanted!r} that this processor can run"
         raise ImportError(which if wanted else "it was built for a processor with more instructions")
     return native
+
+
+def _stamp(native: Any) -> str:
+    """The digest of the sources that an extension was built from."""
+    return str(native.ffi.string(native.lib.kinegen_stamp()).decode())
+
+
+def _fresh_name(path: Path) -> str:
+    """A path to the file that is there now, where Python and the system remember an earlier one by its path.
+
+    Each version of the file gets a path of its own to the same place, with the bits of its number and time in it.
+    """
+    status = path.stat()
+    bits = "".join("/." if bit == "1" else "//" for bit in f"{status.st_ino ^ status.st_mtime_ns:b}")
+    return f"{path.parent}{bits}/{path.name}"
+
+
+def _load_again(path: str, name: str) -> Any:
+    """The extension at a path, in place of the one that was imported before."""
+    spec: Any = importlib.util.spec_from_file_location(name, path)
+    native = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(native)
+    sys.modules[name] = native
+    return native
+
+
+def _without_cffi(path: str, missing: ImportError) -> Any:
+    """The same functions through ctypes, which Python brings along but for a few builds of it."""
+    try:
+        plain = importlib.import_module(f"{__package__}._plain")
+    except ImportError:
+        raise ImportError(f"{missing} (pip install cffi)") from None
+    return plain.open_library(path)

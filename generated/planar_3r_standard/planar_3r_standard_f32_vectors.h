@@ -14,8 +14,11 @@
 
 #define PLANAR_3R_STANDARD_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define PLANAR_3R_STANDARD_F32_TOLERANCE 2e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef PLANAR_3R_STANDARD_F32_TOLERANCE
+#define PLANAR_3R_STANDARD_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float planar_3r_standard_f32_vectors_q[PLANAR_3R_STANDARD_F32_VECTORS][PLANAR_3R_STANDARD_DOF] = {
@@ -57,6 +60,9 @@ static const float planar_3r_standard_f32_fk_expected[PLANAR_3R_STANDARD_F32_VEC
     {0.77346563F, -0.6338383F, 0.0F, 0.10883919F, 0.6338383F, 0.77346563F, 0.0F, -0.23274851F, 0.0F, 0.0F, 1.0F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float planar_3r_standard_f32_fk_accepted[12] = {1.5981161e-06F, 1.5974989e-06F, 5.820766e-11F, 8.1543595e-07F, 1.5974989e-06F, 1.5981161e-06F, 5.820766e-11F, 8.069577e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F};
+
 /* What planar_3r_standard_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float planar_3r_standard_f32_frames_expected[PLANAR_3R_STANDARD_F32_VECTORS][48] = {
     {1.0F, 0.0F, 0.0F, 0.4F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.7F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.9F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.9F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F},
@@ -76,6 +82,9 @@ static const float planar_3r_standard_f32_frames_expected[PLANAR_3R_STANDARD_F32
     {-0.9876667F, -0.15657079F, 0.0F, -0.3950667F, 0.15657079F, -0.9876667F, 0.0F, 0.062628314F, 0.0F, 0.0F, 1.0F, 0.0F, -0.16379601F, 0.98649424F, 0.0F, -0.4442055F, -0.98649424F, -0.16379601F, 0.0F, -0.23331995F, 0.0F, 0.0F, 1.0F, 0.0F, -0.86217F, 0.50661916F, 0.0F, -0.6166395F, -0.50661916F, -0.86217F, 0.0F, -0.33464378F, 0.0F, 0.0F, 1.0F, 0.0F, -0.86217F, 0.50661916F, 0.0F, -0.6166395F, -0.50661916F, -0.86217F, 0.0F, -0.33464378F, 0.0F, 0.0F, 1.0F, 0.0F},
     {0.6258845F, 0.7799158F, 0.0F, 0.25035378F, -0.7799158F, 0.6258845F, 0.0F, -0.3119663F, 0.0F, 0.0F, 1.0F, 0.0F, -0.98735905F, 0.15849952F, 0.0F, -0.045853928F, -0.15849952F, -0.98735905F, 0.0F, -0.35951617F, 0.0F, 0.0F, 1.0F, 0.0F, 0.77346563F, -0.6338383F, 0.0F, 0.10883919F, 0.6338383F, 0.77346563F, 0.0F, -0.23274851F, 0.0F, 0.0F, 1.0F, 0.0F, 0.77346563F, -0.6338383F, 0.0F, 0.10883919F, 0.6338383F, 0.77346563F, 0.0F, -0.23274851F, 0.0F, 0.0F, 1.0F, 0.0F}
 };
+
+/* Accepted differences of these entries. */
+static const float planar_3r_standard_f32_frames_accepted[48] = {1.6760464e-07F, 1.672127e-07F, 5.820766e-11F, 1.0876511e-07F, 1.672127e-07F, 1.6760464e-07F, 5.820766e-11F, 1.0860833e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 4.1534648e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 4.1440916e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 1.5981161e-06F, 1.5974989e-06F, 5.820766e-11F, 8.1543595e-07F, 1.5974989e-06F, 1.5981161e-06F, 5.820766e-11F, 8.069577e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 1.5981161e-06F, 1.5974989e-06F, 5.820766e-11F, 8.1543595e-07F, 1.5974989e-06F, 1.5981161e-06F, 5.820766e-11F, 8.069577e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F};
 
 /* What planar_3r_standard_f32_position must return, 3 entries for each frame. */
 static const float planar_3r_standard_f32_position_expected[PLANAR_3R_STANDARD_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float planar_3r_standard_f32_position_expected[PLANAR_3R_STANDARD_F
     {0.10883919F, -0.23274851F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float planar_3r_standard_f32_position_accepted[3] = {8.1543595e-07F, 8.069577e-07F, 5.820766e-11F};
+
 #define PLANAR_3R_STANDARD_F32_PAIRS 23
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef PLANAR_3R_STANDARD_F32_PAIR_TOLERANCE
+#define PLANAR_3R_STANDARD_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float planar_3r_standard_f32_pairs_expected[PLANAR_3R_STANDARD_F32_PAIRS][5] = {
@@ -130,7 +147,7 @@ static const float planar_3r_standard_f32_pairs_expected[PLANAR_3R_STANDARD_F32_
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float planar_3r_standard_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

@@ -19,7 +19,8 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Array, Compiled, Floats, Formula
+from ._engines import Array, Compiled, Floats, Formula, real_array
+from ._quick import quick_class, quicken
 from ._threads import spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
@@ -52,6 +53,12 @@ class Kernel(Generic[Result]):
         doc: Text for `help()`.
     """
 
+    kind = "kernel"
+
+    def __new__(cls, *_arguments: Any, native: Any = None, **_options: Any) -> Kernel[Any]:
+        """An object whose plain calls go to C without a detour, where that can be."""
+        return object.__new__(quick_class(cls, native))
+
     def __init__(
         self,
         name: str,
@@ -78,6 +85,8 @@ class Kernel(Generic[Result]):
         self.backend, self.variant = self._engine.name, self._engine.variant
         is_simple = len(inputs) == len(results) == self._rank == 1
         self._direct = self._engine.direct(params) if is_simple else None
+        self._defaults = self._engine.structs(params)
+        quicken(self, native, self._defaults)
 
     def __call__(
         self,
@@ -105,7 +114,8 @@ class Kernel(Generic[Result]):
             The result; `out` where it was given.
         """
         # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain. What
-        # takes and gives a single array has this way to itself, since every look-up counts here.
+        # takes and gives a single array has this way to itself, since every look-up counts here. Most such calls never
+        # come here: C takes them whole, where `_quick` could arrange it.
         direct = self._direct if params is None else self._direct and self._engine.direct(self._named(params))
         result: Result
         if direct is not None and type(q) is _ndarray and threads == 1 and layout == "4x4" and not others:
@@ -135,7 +145,8 @@ class Kernel(Generic[Result]):
             layout: As for a call.
 
         Returns:
-            A function without arguments; for one contiguous configuration it is the C function itself.
+            A function without arguments; for one contiguous configuration it is the C function itself, which looks
+            at the memory alone: that an array is made read-only later does not stop it.
         """
         if len(arrays) != len(self.inputs) + len(self.results):
             names = ", ".join(array.name for array in (*self.inputs, *self.results))
@@ -202,7 +213,7 @@ class Kernel(Generic[Result]):
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
-            results = tuple(np.empty(shape, dtype) for shape in shapes)
+            results = tuple(self._engine.empty(shape, dtype) for shape in shapes)
         else:
             results = (out,) if len(self.results) == 1 else out
             self._checked_results(results, lead, dtype, arrays, layout)
@@ -221,16 +232,10 @@ class Kernel(Generic[Result]):
         return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
-        if params is not None and type(params) is not type(self._params):
-            expected = "none" if self._params is None else type(self._params).__qualname__
-            raise TypeError(f"{self.__name__}: params is of type {type(params).__qualname__}, expected {expected}")
-        return self._params if params is None else params
+        return checked_params(self.__name__, params, self._params)
 
     def _checked_input(self, given: Array, values: ArrayLike, layout: str) -> NDArray[Any]:
-        array = np.asarray(values)
-        if array.dtype.kind not in "fiub" or isinstance(values, np.ma.MaskedArray):
-            found = f"{type(values).__name__} of {array.dtype}"
-            raise TypeError(f"{self.__name__}: {given.name} is a {found}, expected plain real numbers")
+        array = real_array(self.__name__, given.name, values)
         inner = given.laid_out(layout)
         if layout == "joint_major":
             if array.ndim != 2 or array.shape[:1] != inner:
@@ -287,13 +292,40 @@ class Kernel(Generic[Result]):
                 raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
             if not out.flags.writeable:
                 raise ValueError(f"{self.__name__}: {label} is read-only")
+            if _overlaps_itself(out):
+                raise ValueError(f"{self.__name__}: {label} overlaps itself: several entries share memory")
             others = [
                 *zip((given.name for given in self.inputs), inputs),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
             ]
-            for name, other in others:
-                if _overlap(other, out):
-                    raise ValueError(f"{self.__name__}: {label} shares memory with {name}")
+            check_apart(self.__name__, label, out, others)
+
+
+def checked_params(name: str, params: Any, usual: Any) -> Any:
+    """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
+    if params is not None and type(params) is not type(usual):
+        if usual is None:
+            raise TypeError(f"{name}: params is given, but the robot has no runtime parameters")
+        expected = type(usual).__qualname__
+        raise TypeError(f"{name}: params is of type {type(params).__qualname__}, expected {expected}")
+    return usual if params is None else params
+
+
+def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple[str, NDArray[Any]]]) -> None:
+    """Refuse an array for results that shares memory with another array."""
+    for other, array in others:
+        if _overlap(array, out):
+            raise ValueError(f"{name}: {label} shares memory with {other}")
+
+
+def _overlaps_itself(array: NDArray[Any]) -> bool:
+    """Whether entries of an array may lie over each other; never so for a part or another order of a whole array."""
+    end = array.itemsize
+    for stride, size in sorted((abs(stride), size) for stride, size in zip(array.strides, array.shape) if size > 1):
+        if stride < end:
+            return array.size > 0
+        end = stride * (size - 1) + end
+    return False
 
 
 def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:

@@ -17,8 +17,18 @@
  *   q[1]  slide_y  prismatic  m    no limits
  *   q[2]  turn     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of planar_joint.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a     d  theta
+ *   slide_x    -90  0  q[0]      0
+ *   slide_y     90  0  q[1]    -90
+ *   turn         0  0     0   q[2]
+ *   base: Ry(90)
+ *
+ * Made by:
+ *   kinegen build planar_joint.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PLANAR_JOINT_SINCOS(x, s, c),
@@ -42,6 +52,7 @@
 #define PLANAR_JOINT_FRAME_SLIDE_Y 1
 #define PLANAR_JOINT_FRAME_TURN 2
 #define PLANAR_JOINT_FRAME_TOOL 3
+#define PLANAR_JOINT_MODEL 0xf24bad9c9beba219U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +83,25 @@ void planar_joint_frames(const double q[PLANAR_JOINT_DOF], double base_T_frames[
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 0 m. The same for q[2] anywhere up to 100000 rad.
  */
 void planar_joint_position(const double q[PLANAR_JOINT_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double PLANAR_JOINT_LIMITS_LOW[PLANAR_JOINT_DOF];
+extern const double PLANAR_JOINT_LIMITS_HIGH[PLANAR_JOINT_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int planar_joint_within_limits(const double q[PLANAR_JOINT_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void planar_joint_clamp(const double q[PLANAR_JOINT_DOF], double clamped[PLANAR_JOINT_DOF]);
 
 #ifdef __cplusplus
 }

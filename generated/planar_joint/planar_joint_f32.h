@@ -17,8 +17,19 @@
  *   q[1]  slide_y  prismatic  m    no limits
  *   q[2]  turn     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of planar_joint.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a     d  theta
+ *   slide_x    -90  0  q[0]      0
+ *   slide_y     90  0  q[1]    -90
+ *   turn         0  0     0   q[2]
+ *   base: Ry(90)
+ *
+ * Made by:
+ *   kinegen build planar_joint.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -42,6 +53,7 @@
 #define PLANAR_JOINT_FRAME_SLIDE_Y 1
 #define PLANAR_JOINT_FRAME_TURN 2
 #define PLANAR_JOINT_FRAME_TOOL 3
+#define PLANAR_JOINT_MODEL 0xf24bad9c9beba219U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +84,25 @@ void planar_joint_f32_frames(const float q[PLANAR_JOINT_DOF], float base_T_frame
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 0 m. The same for q[2] anywhere up to 12000 rad.
  */
 void planar_joint_f32_position(const float q[PLANAR_JOINT_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float PLANAR_JOINT_F32_LIMITS_LOW[PLANAR_JOINT_DOF];
+extern const float PLANAR_JOINT_F32_LIMITS_HIGH[PLANAR_JOINT_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int planar_joint_f32_within_limits(const float q[PLANAR_JOINT_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void planar_joint_f32_clamp(const float q[PLANAR_JOINT_DOF], float clamped[PLANAR_JOINT_DOF]);
 
 #ifdef __cplusplus
 }

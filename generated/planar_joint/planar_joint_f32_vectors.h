@@ -14,8 +14,11 @@
 
 #define PLANAR_JOINT_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define PLANAR_JOINT_F32_TOLERANCE 4e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef PLANAR_JOINT_F32_TOLERANCE
+#define PLANAR_JOINT_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float planar_joint_f32_vectors_q[PLANAR_JOINT_F32_VECTORS][PLANAR_JOINT_DOF] = {
@@ -57,6 +60,9 @@ static const float planar_joint_f32_fk_expected[PLANAR_JOINT_F32_VECTORS][12] = 
     {-0.86415136F, 0.503232F, 0.0F, -0.28515625F, -0.503232F, -0.86415136F, 0.0F, -0.66503906F, 0.0F, 0.0F, 1.0F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float planar_joint_f32_fk_accepted[12] = {1.6760464e-07F, 1.6753216e-07F, 5.820766e-11F, 5.9604645e-08F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F};
+
 /* What planar_joint_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float planar_joint_f32_frames_expected[PLANAR_JOINT_F32_VECTORS][48] = {
     {0.0F, -1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, -1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F},
@@ -76,6 +82,9 @@ static const float planar_joint_f32_frames_expected[PLANAR_JOINT_F32_VECTORS][48
     {0.0F, -1.0F, 0.0F, 0.9501953F, 0.0F, 0.0F, 1.0F, 0.0F, -1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.9501953F, 0.0F, 1.0F, 0.0F, 0.49804688F, 0.0F, 0.0F, 1.0F, 0.0F, 0.6409969F, 0.7675435F, 0.0F, 0.9501953F, -0.7675435F, 0.6409969F, 0.0F, 0.49804688F, 0.0F, 0.0F, 1.0F, 0.0F, 0.6409969F, 0.7675435F, 0.0F, 0.9501953F, -0.7675435F, 0.6409969F, 0.0F, 0.49804688F, 0.0F, 0.0F, 1.0F, 0.0F},
     {0.0F, -1.0F, 0.0F, -0.28515625F, 0.0F, 0.0F, 1.0F, 0.0F, -1.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, -0.28515625F, 0.0F, 1.0F, 0.0F, -0.66503906F, 0.0F, 0.0F, 1.0F, 0.0F, -0.86415136F, 0.503232F, 0.0F, -0.28515625F, -0.503232F, -0.86415136F, 0.0F, -0.66503906F, 0.0F, 0.0F, 1.0F, 0.0F, -0.86415136F, 0.503232F, 0.0F, -0.28515625F, -0.503232F, -0.86415136F, 0.0F, -0.66503906F, 0.0F, 0.0F, 1.0F, 0.0F}
 };
+
+/* Accepted differences of these entries. */
+static const float planar_joint_f32_frames_accepted[48] = {5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 1.6760464e-07F, 1.6753216e-07F, 5.820766e-11F, 5.9604645e-08F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 1.6760464e-07F, 1.6753216e-07F, 5.820766e-11F, 5.9604645e-08F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F};
 
 /* What planar_joint_f32_position must return, 3 entries for each frame. */
 static const float planar_joint_f32_position_expected[PLANAR_JOINT_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float planar_joint_f32_position_expected[PLANAR_JOINT_F32_VECTORS][
     {-0.28515625F, -0.66503906F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float planar_joint_f32_position_accepted[3] = {5.9604645e-08F, 5.9604645e-08F, 5.820766e-11F};
+
 #define PLANAR_JOINT_F32_PAIRS 16
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef PLANAR_JOINT_F32_PAIR_TOLERANCE
+#define PLANAR_JOINT_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float planar_joint_f32_pairs_expected[PLANAR_JOINT_F32_PAIRS][5] = {
@@ -123,7 +140,7 @@ static const float planar_joint_f32_pairs_expected[PLANAR_JOINT_F32_PAIRS][5] = 
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float planar_joint_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

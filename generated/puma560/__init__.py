@@ -9,9 +9,9 @@ Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouv
 Joint vector q, angles in rad and lengths in m:
 
     q[0]  waist       revolute   rad  -2.79253 to 2.79253
-    q[1]  shoulder    revolute   rad  -3.92699 to 0.785398
+    q[1]  shoulder    revolute   rad  -3.927 to 0.785399
     q[2]  elbow       revolute   rad  no limits
-    q[3]  forearm     revolute   rad  -1.91986 to 2.96706
+    q[3]  forearm     revolute   rad  -1.91987 to 2.96706
     q[4]  wrist_bend  revolute   rad  -1.74533 to 1.74533
     q[5]  flange      revolute   rad  no limits
 
@@ -21,9 +21,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("puma560 needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -31,9 +42,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 6
@@ -50,14 +63,46 @@ JOINTS: tuple[str, ...] = (
 """Names of the joints, in the order of the joint vector."""
 
 LIMITS: tuple[tuple[float, float] | None, ...] = (
-    (-2.792526803190927, 2.792526803190927),
-    (-3.9269908169872414, 0.7853981633974483),
+    (-2.7925268031909276, 2.7925268031909276),
+    (-3.926990816987242, 0.7853981633974484),
     None,
-    (-1.9198621771937625, 2.96705972839036),
-    (-1.7453292519943295, 1.7453292519943295),
+    (-1.9198621771937627, 2.9670597283903604),
+    (-1.7453292519943298, 1.7453292519943298),
     None,
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    (-2.792526960372925, 2.792526960372925),
+    (-3.9269909858703613, 0.7853981852531433),
+    None,
+    (-1.9198622703552246, 2.967059850692749),
+    (-1.7453292608261108, 1.7453292608261108),
+    None,
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 6) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 6) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "waist",
@@ -70,7 +115,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("a00bacef8a712f77")
+_native = load_native("5e0b9a6b7f5f7fd5")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

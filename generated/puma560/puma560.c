@@ -9,10 +9,37 @@
 
 #include "puma560.h"
 
+#if PUMA560_MODEL != 0xa05217e202ae1751U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #if defined(DBL_MANT_DIG)
@@ -20,6 +47,9 @@
 #error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
 #endif
 #endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { PUMA560_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 #ifndef KINEGEN_PUMA560_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
@@ -472,4 +502,50 @@ void puma560_position(const double q[restrict PUMA560_DOF], double base_p_tool[r
     const double t14 = c1 * 0.15005;
     const double t15 = t14 - t11;
     base_p_tool[1] = t15;
+}
+
+const double PUMA560_LIMITS_LOW[PUMA560_DOF] = {
+    -2.7925268031909276,
+    -3.926990816987242,
+    -1.7976931348623157e+308,
+    -1.9198621771937627,
+    -1.7453292519943298,
+    -1.7976931348623157e+308
+};
+
+const double PUMA560_LIMITS_HIGH[PUMA560_DOF] = {
+    2.7925268031909276,
+    0.7853981633974484,
+    1.7976931348623157e+308,
+    2.9670597283903604,
+    1.7453292519943298,
+    1.7976931348623157e+308
+};
+
+int puma560_within_limits(const double q[PUMA560_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= PUMA560_LIMITS_LOW[0]) && (q[0] <= PUMA560_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= PUMA560_LIMITS_LOW[1]) && (q[1] <= PUMA560_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= PUMA560_LIMITS_LOW[2]) && (q[2] <= PUMA560_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= PUMA560_LIMITS_LOW[3]) && (q[3] <= PUMA560_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= PUMA560_LIMITS_LOW[4]) && (q[4] <= PUMA560_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= PUMA560_LIMITS_LOW[5]) && (q[5] <= PUMA560_LIMITS_HIGH[5])) ? within : 0;
+    return within;
+}
+
+void puma560_clamp(const double q[PUMA560_DOF], double clamped[PUMA560_DOF])
+{
+    const double above0 = (q[0] < PUMA560_LIMITS_LOW[0]) ? PUMA560_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > PUMA560_LIMITS_HIGH[0]) ? PUMA560_LIMITS_HIGH[0] : above0;
+    const double above1 = (q[1] < PUMA560_LIMITS_LOW[1]) ? PUMA560_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > PUMA560_LIMITS_HIGH[1]) ? PUMA560_LIMITS_HIGH[1] : above1;
+    const double above2 = (q[2] < PUMA560_LIMITS_LOW[2]) ? PUMA560_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > PUMA560_LIMITS_HIGH[2]) ? PUMA560_LIMITS_HIGH[2] : above2;
+    const double above3 = (q[3] < PUMA560_LIMITS_LOW[3]) ? PUMA560_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > PUMA560_LIMITS_HIGH[3]) ? PUMA560_LIMITS_HIGH[3] : above3;
+    const double above4 = (q[4] < PUMA560_LIMITS_LOW[4]) ? PUMA560_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > PUMA560_LIMITS_HIGH[4]) ? PUMA560_LIMITS_HIGH[4] : above4;
+    const double above5 = (q[5] < PUMA560_LIMITS_LOW[5]) ? PUMA560_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > PUMA560_LIMITS_HIGH[5]) ? PUMA560_LIMITS_HIGH[5] : above5;
 }

@@ -14,14 +14,27 @@
  *
  * Joint vector:
  *   q[0]  waist       revolute   rad  -2.79253 to 2.79253
- *   q[1]  shoulder    revolute   rad  -3.92699 to 0.785398
+ *   q[1]  shoulder    revolute   rad  -3.927 to 0.785399
  *   q[2]  elbow       revolute   rad  no limits
- *   q[3]  forearm     revolute   rad  -1.91986 to 2.96706
+ *   q[3]  forearm     revolute   rad  -1.91987 to 2.96706
  *   q[4]  wrist_bend  revolute   rad  -1.74533 to 1.74533
  *   q[5]  flange      revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of puma560.yaml, modified convention, lengths in m, angles in deg:
+ *   row         alpha       a        d  theta
+ *   waist           0       0        0   q[0]
+ *   shoulder      -90       0        0   q[1]
+ *   elbow           0  0.4318  0.15005   q[2]
+ *   forearm       -90  0.0203   0.4318   q[3]
+ *   wrist_bend     90       0        0   q[4]
+ *   flange        -90       0        0   q[5]
+ *
+ * Made by:
+ *   kinegen build puma560.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PUMA560_F32_SINCOS(x, s, c),
@@ -47,6 +60,7 @@
 #define PUMA560_FRAME_WRIST_BEND 4
 #define PUMA560_FRAME_FLANGE 5
 #define PUMA560_FRAME_TOOL 6
+#define PUMA560_MODEL 0xa05217e202ae1751U
 
 #ifdef __cplusplus
 extern "C" {
@@ -80,6 +94,25 @@ void puma560_f32_frames(const float q[PUMA560_DOF], float base_T_frames[PUMA560_
  * far as sums of angles are too: |px| <= 2.2e-4 m, |py| <= 2.2e-4 m, |pz| <= 2.2e-4 m.
  */
 void puma560_f32_position(const float q[PUMA560_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float PUMA560_F32_LIMITS_LOW[PUMA560_DOF];
+extern const float PUMA560_F32_LIMITS_HIGH[PUMA560_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int puma560_f32_within_limits(const float q[PUMA560_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void puma560_f32_clamp(const float q[PUMA560_DOF], float clamped[PUMA560_DOF]);
 
 #ifdef __cplusplus
 }

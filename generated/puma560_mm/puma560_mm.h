@@ -14,14 +14,26 @@
  *
  * Joint vector:
  *   q[0]  waist       revolute   rad  -2.79253 to 2.79253
- *   q[1]  shoulder    revolute   rad  -3.92699 to 0.785398
- *   q[2]  elbow       revolute   rad  -0.785398 to 3.92699
- *   q[3]  forearm     revolute   rad  -1.91986 to 2.96706
+ *   q[1]  shoulder    revolute   rad  -3.927 to 0.785399
+ *   q[2]  elbow       revolute   rad  -0.785399 to 3.927
+ *   q[3]  forearm     revolute   rad  -1.91987 to 2.96706
  *   q[4]  wrist_bend  revolute   rad  -1.74533 to 1.74533
  *   q[5]  flange      revolute   rad  -4.64258 to 4.64258
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of puma560_mm.yaml, standard convention, lengths in mm, angles in deg:
+ *   row         alpha       a       d  theta
+ *   waist         -90       0       0   q[0]
+ *   shoulder        0   431.8  149.09   q[1]
+ *   elbow          90  -20.32       0   q[2]
+ *   forearm       -90       0  433.07   q[3]
+ *   wrist_bend     90       0       0   q[4]
+ *   flange          0       0   56.25   q[5]
+ *
+ * Made by:
+ *   kinegen build puma560_mm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PUMA560_MM_SINCOS(x, s, c), defined
@@ -46,6 +58,7 @@
 #define PUMA560_MM_FRAME_WRIST_BEND 4
 #define PUMA560_MM_FRAME_FLANGE 5
 #define PUMA560_MM_FRAME_TOOL 6
+#define PUMA560_MM_MODEL 0xee02b12387f9ef27U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +87,25 @@ void puma560_mm_frames(const double q[PUMA560_MM_DOF], double base_T_frames[PUMA
  * Proven error: |px| <= 8.0e-13 mm, |py| <= 8.0e-13 mm, |pz| <= 5.4e-13 mm.
  */
 void puma560_mm_position(const double q[PUMA560_MM_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double PUMA560_MM_LIMITS_LOW[PUMA560_MM_DOF];
+extern const double PUMA560_MM_LIMITS_HIGH[PUMA560_MM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int puma560_mm_within_limits(const double q[PUMA560_MM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void puma560_mm_clamp(const double q[PUMA560_MM_DOF], double clamped[PUMA560_MM_DOF]);
 
 #ifdef __cplusplus
 }

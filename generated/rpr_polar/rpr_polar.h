@@ -17,8 +17,17 @@
  *   q[1]  stroke  prismatic  m    no limits
  *   q[2]  roll    revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of rpr_polar.yaml, modified convention, lengths in m, angles in deg:
+ *   row     alpha  a     d  theta
+ *   turn        0  0     0   q[0]
+ *   stroke     90  0  q[1]      0
+ *   roll        0  0  0.25   q[2]
+ *
+ * Made by:
+ *   kinegen build rpr_polar.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RPR_POLAR_SINCOS(x, s, c), defined
@@ -41,6 +50,7 @@
 #define RPR_POLAR_FRAME_STROKE 1
 #define RPR_POLAR_FRAME_ROLL 2
 #define RPR_POLAR_FRAME_TOOL 3
+#define RPR_POLAR_MODEL 0x40b728abd52c4122U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +82,25 @@ void rpr_polar_frames(const double q[RPR_POLAR_DOF], double base_T_frames[RPR_PO
  * 100000 rad.
  */
 void rpr_polar_position(const double q[RPR_POLAR_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double RPR_POLAR_LIMITS_LOW[RPR_POLAR_DOF];
+extern const double RPR_POLAR_LIMITS_HIGH[RPR_POLAR_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int rpr_polar_within_limits(const double q[RPR_POLAR_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void rpr_polar_clamp(const double q[RPR_POLAR_DOF], double clamped[RPR_POLAR_DOF]);
 
 #ifdef __cplusplus
 }

@@ -17,8 +17,18 @@
  *   q[1]  stroke  prismatic  m    no limits
  *   q[2]  roll    revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of rpr_polar.yaml, modified convention, lengths in m, angles in deg:
+ *   row     alpha  a     d  theta
+ *   turn        0  0     0   q[0]
+ *   stroke     90  0  q[1]      0
+ *   roll        0  0  0.25   q[2]
+ *
+ * Made by:
+ *   kinegen build rpr_polar.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RPR_POLAR_F32_SINCOS(x, s, c),
@@ -42,6 +52,7 @@
 #define RPR_POLAR_FRAME_STROKE 1
 #define RPR_POLAR_FRAME_ROLL 2
 #define RPR_POLAR_FRAME_TOOL 3
+#define RPR_POLAR_MODEL 0x40b728abd52c4122U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +83,25 @@ void rpr_polar_f32_frames(const float q[RPR_POLAR_DOF], float base_T_frames[RPR_
  * Proven error: |px| <= 8.7e-8 m, |py| <= 8.7e-8 m, |pz| <= 0 m. The same for q[0] and q[2] anywhere up to 12000 rad.
  */
 void rpr_polar_f32_position(const float q[RPR_POLAR_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float RPR_POLAR_F32_LIMITS_LOW[RPR_POLAR_DOF];
+extern const float RPR_POLAR_F32_LIMITS_HIGH[RPR_POLAR_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int rpr_polar_f32_within_limits(const float q[RPR_POLAR_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void rpr_polar_f32_clamp(const float q[RPR_POLAR_DOF], float clamped[RPR_POLAR_DOF]);
 
 #ifdef __cplusplus
 }

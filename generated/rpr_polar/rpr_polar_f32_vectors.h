@@ -14,8 +14,11 @@
 
 #define RPR_POLAR_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define RPR_POLAR_F32_TOLERANCE 2e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef RPR_POLAR_F32_TOLERANCE
+#define RPR_POLAR_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float rpr_polar_f32_vectors_q[RPR_POLAR_F32_VECTORS][RPR_POLAR_DOF] = {
@@ -57,6 +60,9 @@ static const float rpr_polar_f32_fk_expected[RPR_POLAR_F32_VECTORS][12] = {
     {-0.5408589F, 0.3149651F, -0.7799158F, -0.065500736F, 0.6739653F, -0.39247862F, -0.6258845F, -0.052564517F, -0.503232F, -0.86415136F, 0.0F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float rpr_polar_f32_fk_accepted[12] = {3.3520928e-07F, 3.2546438e-07F, 1.672127e-07F, 1.389717e-07F, 3.1664828e-07F, 3.33516e-07F, 1.6760464e-07F, 1.4340695e-07F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F};
+
 /* What rpr_polar_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float rpr_polar_f32_frames_expected[RPR_POLAR_F32_VECTORS][48] = {
     {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -1.0F, -0.25F, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -1.0F, -0.25F, 0.0F, 1.0F, 0.0F, 0.0F},
@@ -76,6 +82,9 @@ static const float rpr_polar_f32_frames_expected[RPR_POLAR_F32_VECTORS][48] = {
     {-0.9876667F, -0.15657079F, 0.0F, 0.0F, 0.15657079F, -0.9876667F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, -0.9876667F, 0.0F, 0.15657079F, 0.019418446F, 0.15657079F, 0.0F, 0.9876667F, 0.122493826F, 0.0F, 1.0F, 0.0F, 0.0F, -0.6330913F, -0.7580772F, 0.15657079F, 0.058561143F, 0.100361384F, 0.12017489F, 0.9876667F, 0.3694105F, -0.7675435F, 0.6409969F, 0.0F, 0.0F, -0.6330913F, -0.7580772F, 0.15657079F, 0.058561143F, 0.100361384F, 0.12017489F, 0.9876667F, 0.3694105F, -0.7675435F, 0.6409969F, 0.0F, 0.0F},
     {0.6258845F, 0.7799158F, 0.0F, 0.0F, -0.7799158F, 0.6258845F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.6258845F, 0.0F, -0.7799158F, 0.1294782F, -0.7799158F, 0.0F, -0.6258845F, 0.1039066F, 0.0F, 1.0F, 0.0F, 0.0F, -0.5408589F, 0.3149651F, -0.7799158F, -0.065500736F, 0.6739653F, -0.39247862F, -0.6258845F, -0.052564517F, -0.503232F, -0.86415136F, 0.0F, 0.0F, -0.5408589F, 0.3149651F, -0.7799158F, -0.065500736F, 0.6739653F, -0.39247862F, -0.6258845F, -0.052564517F, -0.503232F, -0.86415136F, 0.0F, 0.0F}
 };
+
+/* Accepted differences of these entries. */
+static const float rpr_polar_f32_frames_accepted[48] = {1.6760464e-07F, 1.672127e-07F, 5.820766e-11F, 5.820766e-11F, 1.672127e-07F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 1.6760464e-07F, 5.820766e-11F, 1.672127e-07F, 5.277276e-08F, 1.672127e-07F, 5.820766e-11F, 1.6760464e-07F, 5.6802314e-08F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 3.3520928e-07F, 3.2546438e-07F, 1.672127e-07F, 1.2407054e-07F, 3.1664828e-07F, 3.33516e-07F, 1.6760464e-07F, 1.2850579e-07F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F, 3.3520928e-07F, 3.2546438e-07F, 1.672127e-07F, 1.2407054e-07F, 3.1664828e-07F, 3.33516e-07F, 1.6760464e-07F, 1.2850579e-07F, 1.6753216e-07F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F};
 
 /* What rpr_polar_f32_position must return, 3 entries for each frame. */
 static const float rpr_polar_f32_position_expected[RPR_POLAR_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float rpr_polar_f32_position_expected[RPR_POLAR_F32_VECTORS][3] = {
     {-0.065500736F, -0.052564517F, 0.0F}
 };
 
+/* Accepted differences of these entries. */
+static const float rpr_polar_f32_position_accepted[3] = {1.389717e-07F, 1.4340695e-07F, 5.820766e-11F};
+
 #define RPR_POLAR_F32_PAIRS 15
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef RPR_POLAR_F32_PAIR_TOLERANCE
+#define RPR_POLAR_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float rpr_polar_f32_pairs_expected[RPR_POLAR_F32_PAIRS][5] = {
@@ -122,7 +139,7 @@ static const float rpr_polar_f32_pairs_expected[RPR_POLAR_F32_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float rpr_polar_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

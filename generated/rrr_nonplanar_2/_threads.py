@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import operator
 import os
 import threading
@@ -21,9 +22,13 @@ if hasattr(os, "register_at_fork"):
 def workers_for(threads: int) -> int:
     """The number of threads that `threads=` asks for, 0 being all cores."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if operator.index(threads) < 0:
+    try:
+        wanted = operator.index(threads)
+    except TypeError:
+        raise TypeError(f"threads is {threads!r}, expected a whole number: 0 (all cores) or more") from None
+    if wanted < 0:
         raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
-    return min(threads or cores, 4 * cores)
+    return min(wanted or cores, 4 * cores)
 
 
 def spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], workers: int) -> None:
@@ -42,7 +47,9 @@ def spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], worker
 
     helpers: list[Future[None]] = []
     try:
-        helpers.extend(pool.submit(drain) for _ in range(workers - 1))
+        # While Python ends, and where the system has no more threads, the caller does all.
+        with contextlib.suppress(RuntimeError):
+            helpers.extend(pool.submit(drain) for _ in range(workers - 1))
         drain()
     finally:
         with lock:

@@ -17,8 +17,18 @@
  *   q[1]  phi_2  revolute   rad  no limits
  *   q[2]  phi_3  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of rrr_nonplanar_3.yaml, modified convention, lengths in m, angles in deg:
+ *   row    alpha     a    d      theta
+ *   phi_1      0     0    0       q[0]
+ *   phi_2     90     0  0.3  q[1] + 90
+ *   phi_3      0  0.45    0       q[2]
+ *   base: Rz(180)
+ *
+ * Made by:
+ *   kinegen build rrr_nonplanar_3.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_RRR_NONPLANAR_3_SINCOS(x, s, c),
@@ -42,6 +52,7 @@
 #define RRR_NONPLANAR_3_FRAME_PHI_2 1
 #define RRR_NONPLANAR_3_FRAME_PHI_3 2
 #define RRR_NONPLANAR_3_FRAME_TOOL 3
+#define RRR_NONPLANAR_3_MODEL 0x0b8bc7f9a0a744f2U
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,6 +86,25 @@ void rrr_nonplanar_3_frames(const double q[RRR_NONPLANAR_3_DOF], double base_T_f
  * to 100000 rad.
  */
 void rrr_nonplanar_3_position(const double q[RRR_NONPLANAR_3_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double RRR_NONPLANAR_3_LIMITS_LOW[RRR_NONPLANAR_3_DOF];
+extern const double RRR_NONPLANAR_3_LIMITS_HIGH[RRR_NONPLANAR_3_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int rrr_nonplanar_3_within_limits(const double q[RRR_NONPLANAR_3_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void rrr_nonplanar_3_clamp(const double q[RRR_NONPLANAR_3_DOF], double clamped[RRR_NONPLANAR_3_DOF]);
 
 #ifdef __cplusplus
 }

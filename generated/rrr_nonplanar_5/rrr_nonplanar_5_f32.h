@@ -17,8 +17,19 @@
  *   q[1]  phi_2  revolute   rad  no limits
  *   q[2]  phi_3  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of rrr_nonplanar_5.yaml, modified convention, lengths in m, angles in deg:
+ *   row    alpha     a    d      theta
+ *   phi_1      0     0    0      -q[0]
+ *   phi_2     90     0  0.3  q[1] - 90
+ *   phi_3      0  0.45    0       q[2]
+ *   base: Rx(180)
+ *
+ * Made by:
+ *   kinegen build rrr_nonplanar_5.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
@@ -42,6 +53,7 @@
 #define RRR_NONPLANAR_5_FRAME_PHI_2 1
 #define RRR_NONPLANAR_5_FRAME_PHI_3 2
 #define RRR_NONPLANAR_5_FRAME_TOOL 3
+#define RRR_NONPLANAR_5_MODEL 0xc3df3d910482944aU
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,6 +87,25 @@ void rrr_nonplanar_5_f32_frames(const float q[RRR_NONPLANAR_5_DOF], float base_T
  * 12000 rad.
  */
 void rrr_nonplanar_5_f32_position(const float q[RRR_NONPLANAR_5_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float RRR_NONPLANAR_5_F32_LIMITS_LOW[RRR_NONPLANAR_5_DOF];
+extern const float RRR_NONPLANAR_5_F32_LIMITS_HIGH[RRR_NONPLANAR_5_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int rrr_nonplanar_5_f32_within_limits(const float q[RRR_NONPLANAR_5_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void rrr_nonplanar_5_f32_clamp(const float q[RRR_NONPLANAR_5_DOF], float clamped[RRR_NONPLANAR_5_DOF]);
 
 #ifdef __cplusplus
 }

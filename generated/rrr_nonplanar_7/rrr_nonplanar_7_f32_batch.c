@@ -9,8 +9,35 @@
 
 #include "rrr_nonplanar_7_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if RRR_NONPLANAR_7_MODEL != 0xb95731e09d2e6f6aU
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void rrr_nonplanar_7_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define RRR_NONPLANAR_7_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define RRR_NONPLANAR_7_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define RRR_NONPLANAR_7_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define RRR_NONPLANAR_7_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define RRR_NONPLANAR_7_F32_LANES
+typedef float rrr_nonplanar_7_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float rrr_nonplanar_7_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, rrr_nonplanar_7_f32_lanes *taken)
+{
+    const rrr_nonplanar_7_f32_lanes a = *(const rrr_nonplanar_7_f32_lanes *)from;
+    const rrr_nonplanar_7_f32_lanes b = *(const rrr_nonplanar_7_f32_lanes *)(from + row);
+    const rrr_nonplanar_7_f32_lanes c = *(const rrr_nonplanar_7_f32_lanes *)(from + 2 * row);
+    const rrr_nonplanar_7_f32_lanes d = *(const rrr_nonplanar_7_f32_lanes *)(from + 3 * row);
+    const rrr_nonplanar_7_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const rrr_nonplanar_7_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const rrr_nonplanar_7_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const rrr_nonplanar_7_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const rrr_nonplanar_7_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    rrr_nonplanar_7_f32_lanes x[4];
+    rrr_nonplanar_7_f32_lanes y[4];
+    rrr_nonplanar_7_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(rrr_nonplanar_7_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(rrr_nonplanar_7_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(rrr_nonplanar_7_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(rrr_nonplanar_7_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(rrr_nonplanar_7_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(rrr_nonplanar_7_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef RRR_NONPLANAR_7_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -190,44 +298,47 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void rrr_nonplanar_7_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+RRR_NONPLANAR_7_F32_INLINE void rrr_nonplanar_7_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef RRR_NONPLANAR_7_F32_APART
+    RRR_NONPLANAR_7_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         float s1;
         float c1;
         rrr_nonplanar_7_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        t[6][i] = c1;
+        t[6 * t_row + i] = c1;
         float s2;
         float c2;
         rrr_nonplanar_7_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         float s23;
         float c23;
         rrr_nonplanar_7_f32_sincos(q23, &s23, &c23);
-        t[8][i] = c23;
+        t[8 * t_row + i] = c23;
         const float t0 = c2 * 0.45F;
-        t[11][i] = t0;
+        t[11 * t_row + i] = t0;
         const float t1 = s2 * 0.45F;
         const float t2 = c1 * c23;
-        t[1][i] = t2;
+        t[1 * t_row + i] = t2;
         const float t3 = s1 * c23;
-        t[5][i] = t3;
+        t[5 * t_row + i] = t3;
         const float t4 = c1 * s23;
-        t[0][i] = t4;
+        t[0 * t_row + i] = t4;
         const float t5 = s1 * s23;
-        t[4][i] = t5;
+        t[4 * t_row + i] = t5;
         const float t6 = -s23;
-        t[9][i] = t6;
+        t[9 * t_row + i] = t6;
         const float t7 = -s1;
-        t[2][i] = t7;
+        t[2 * t_row + i] = t7;
         const float t8 = s1 * 0.3F;
         const float t9 = s1 * t1;
         const float t10 = c1 * t1;
         const float t11 = t10 - t8;
-        t[3][i] = t11;
+        t[3 * t_row + i] = t11;
         const float t12 = c1 * 0.3F;
         const float t13 = t12 + t9;
-        t[7][i] = t13;
+        t[7 * t_row + i] = t13;
     }
 }
 
@@ -237,18 +348,31 @@ void rrr_nonplanar_7_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, pt
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef RRR_NONPLANAR_7_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            rrr_nonplanar_7_f32_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[10 * base_T_tool_stride + i] = 0.0F;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[10][i] = 0.0F;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        rrr_nonplanar_7_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        rrr_nonplanar_7_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -377,8 +501,11 @@ void rrr_nonplanar_7_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose
     }
 }
 
-static inline void rrr_nonplanar_7_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+RRR_NONPLANAR_7_F32_INLINE void rrr_nonplanar_7_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef RRR_NONPLANAR_7_F32_APART
+    RRR_NONPLANAR_7_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         float s1;
         float c1;
@@ -387,16 +514,16 @@ static inline void rrr_nonplanar_7_f32_position_tile(const float *restrict q, pt
         float c2;
         rrr_nonplanar_7_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         const float t0 = c2 * 0.45F;
-        t[2][i] = t0;
+        t[2 * t_row + i] = t0;
         const float t1 = s2 * 0.45F;
         const float t2 = s1 * 0.3F;
         const float t3 = s1 * t1;
         const float t4 = c1 * t1;
         const float t5 = t4 - t2;
-        t[0][i] = t5;
+        t[0 * t_row + i] = t5;
         const float t6 = c1 * 0.3F;
         const float t7 = t6 + t3;
-        t[1][i] = t7;
+        t[1 * t_row + i] = t7;
     }
 }
 
@@ -406,15 +533,25 @@ void rrr_nonplanar_7_f32_position_batch(size_t n, const float *q, ptrdiff_t q_po
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef RRR_NONPLANAR_7_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tool + begin;
+            rrr_nonplanar_7_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        rrr_nonplanar_7_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        rrr_nonplanar_7_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

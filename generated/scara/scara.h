@@ -17,8 +17,17 @@
  *   q[1]  elbow     revolute   rad  no limits
  *   q[2]  stroke    prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of scara.yaml, modified_prev_d convention, lengths in m, angles in deg:
+ *   row       alpha     a     d  theta
+ *   shoulder      0  0.35   0.4   q[0]
+ *   elbow         0  0.25     0   q[1]
+ *   stroke        0     0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build scara.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_SINCOS(x, s, c), defined where
@@ -41,6 +50,7 @@
 #define SCARA_FRAME_ELBOW 1
 #define SCARA_FRAME_STROKE 2
 #define SCARA_FRAME_TOOL 3
+#define SCARA_MODEL 0x8ac45ddcd9a4d2eaU
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +84,25 @@ void scara_frames(const double q[SCARA_DOF], double base_T_frames[SCARA_FRAMES][
  * as far as sums of angles are too: |px| <= 1.9e-12 m, |py| <= 1.9e-12 m, |pz| <= 1.4e-16 m.
  */
 void scara_position(const double q[SCARA_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double SCARA_LIMITS_LOW[SCARA_DOF];
+extern const double SCARA_LIMITS_HIGH[SCARA_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int scara_within_limits(const double q[SCARA_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void scara_clamp(const double q[SCARA_DOF], double clamped[SCARA_DOF]);
 
 #ifdef __cplusplus
 }

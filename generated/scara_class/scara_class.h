@@ -17,8 +17,17 @@
  *   q[1]  elbow     revolute   rad  no limits
  *   q[2]  stroke    prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of scara_class.yaml, standard convention, lengths in m, angles in deg:
+ *   row       alpha     a     d  theta
+ *   shoulder      0  0.35     0   q[0]
+ *   elbow       180  0.25     0   q[1]
+ *   stroke        0     0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build scara_class.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_CLASS_SINCOS(x, s, c), defined
@@ -41,6 +50,7 @@
 #define SCARA_CLASS_FRAME_ELBOW 1
 #define SCARA_CLASS_FRAME_STROKE 2
 #define SCARA_CLASS_FRAME_TOOL 3
+#define SCARA_CLASS_MODEL 0xa6d804d61dc07402U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +84,25 @@ void scara_class_frames(const double q[SCARA_CLASS_DOF], double base_T_frames[SC
  * as sums of angles are too: |px| <= 1.9e-12 m, |py| <= 1.9e-12 m, |pz| <= 0 m.
  */
 void scara_class_position(const double q[SCARA_CLASS_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double SCARA_CLASS_LIMITS_LOW[SCARA_CLASS_DOF];
+extern const double SCARA_CLASS_LIMITS_HIGH[SCARA_CLASS_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int scara_class_within_limits(const double q[SCARA_CLASS_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void scara_class_clamp(const double q[SCARA_CLASS_DOF], double clamped[SCARA_CLASS_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,8 +9,35 @@
 
 #include "scara_class_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if SCARA_CLASS_MODEL != 0xa6d804d61dc07402U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void scara_class_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define SCARA_CLASS_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define SCARA_CLASS_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define SCARA_CLASS_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define SCARA_CLASS_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define SCARA_CLASS_F32_LANES
+typedef float scara_class_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float scara_class_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, scara_class_f32_lanes *taken)
+{
+    const scara_class_f32_lanes a = *(const scara_class_f32_lanes *)from;
+    const scara_class_f32_lanes b = *(const scara_class_f32_lanes *)(from + row);
+    const scara_class_f32_lanes c = *(const scara_class_f32_lanes *)(from + 2 * row);
+    const scara_class_f32_lanes d = *(const scara_class_f32_lanes *)(from + 3 * row);
+    const scara_class_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const scara_class_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const scara_class_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const scara_class_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const scara_class_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    scara_class_f32_lanes x[4];
+    scara_class_f32_lanes y[4];
+    scara_class_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(scara_class_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(scara_class_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(scara_class_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(scara_class_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(scara_class_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(scara_class_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef SCARA_CLASS_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -190,8 +298,11 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void scara_class_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+SCARA_CLASS_F32_INLINE void scara_class_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef SCARA_CLASS_F32_APART
+    SCARA_CLASS_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float q12 = q[i * q_pose + 0 * q_joint] + q[i * q_pose + 1 * q_joint];
         float s1;
@@ -200,21 +311,21 @@ static inline void scara_class_f32_fk_tile(const float *restrict q, ptrdiff_t q_
         float s12;
         float c12;
         scara_class_f32_sincos(q12, &s12, &c12);
-        t[1][i] = s12;
-        t[4][i] = s12;
-        t[0][i] = c12;
+        t[1 * t_row + i] = s12;
+        t[4 * t_row + i] = s12;
+        t[0 * t_row + i] = c12;
         const float t0 = s12 * 0.25F;
         const float t1 = c1 * 0.35F;
         const float t2 = s1 * 0.35F;
         const float t3 = t0 + t2;
-        t[7][i] = t3;
+        t[7 * t_row + i] = t3;
         const float t4 = -c12;
-        t[5][i] = t4;
+        t[5 * t_row + i] = t4;
         const float t5 = c12 * 0.25F;
         const float t6 = t5 + t1;
-        t[3][i] = t6;
+        t[3 * t_row + i] = t6;
         const float t7 = -q[i * q_pose + 2 * q_joint];
-        t[11][i] = t7;
+        t[11 * t_row + i] = t7;
     }
 }
 
@@ -224,10 +335,27 @@ void scara_class_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdif
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef SCARA_CLASS_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            scara_class_f32_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[2 * base_T_tool_stride + i] = 0.0F;
+                to[6 * base_T_tool_stride + i] = 0.0F;
+                to[8 * base_T_tool_stride + i] = 0.0F;
+                to[9 * base_T_tool_stride + i] = 0.0F;
+                to[10 * base_T_tool_stride + i] = -1.0F;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[2][i] = 0.0F;
         t[6][i] = 0.0F;
@@ -235,11 +363,11 @@ void scara_class_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdif
         t[9][i] = 0.0F;
         t[10][i] = -1.0F;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        scara_class_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        scara_class_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -355,8 +483,11 @@ void scara_class_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, pt
     }
 }
 
-static inline void scara_class_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+SCARA_CLASS_F32_INLINE void scara_class_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef SCARA_CLASS_F32_APART
+    SCARA_CLASS_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float q12 = q[i * q_pose + 0 * q_joint] + q[i * q_pose + 1 * q_joint];
         float s1;
@@ -369,12 +500,12 @@ static inline void scara_class_f32_position_tile(const float *restrict q, ptrdif
         const float t1 = s12 * 0.25F;
         const float t2 = c1 * 0.35F;
         const float t3 = t0 + t2;
-        t[0][i] = t3;
+        t[0 * t_row + i] = t3;
         const float t4 = s1 * 0.35F;
         const float t5 = t1 + t4;
-        t[1][i] = t5;
+        t[1 * t_row + i] = t5;
         const float t6 = -q[i * q_pose + 2 * q_joint];
-        t[2][i] = t6;
+        t[2 * t_row + i] = t6;
     }
 }
 
@@ -384,15 +515,25 @@ void scara_class_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, 
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef SCARA_CLASS_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tool + begin;
+            scara_class_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        scara_class_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        scara_class_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

@@ -17,8 +17,18 @@
  *   q[1]  elbow     revolute   rad  no limits
  *   q[2]  stroke    prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of scara_hd.yaml, elementary transforms, lengths in m, angles in deg:
+ *   row
+ *   shoulder  Tz(0.5) Rz(q[0])
+ *   elbow     Ty(0.35) Rz(q[1])
+ *   stroke    Ty(0.25) Tz(-q[2])
+ *
+ * Made by:
+ *   kinegen build scara_hd.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_HD_F32_SINCOS(x, s, c),
@@ -42,6 +52,7 @@
 #define SCARA_HD_FRAME_ELBOW 1
 #define SCARA_HD_FRAME_STROKE 2
 #define SCARA_HD_FRAME_TOOL 3
+#define SCARA_HD_MODEL 0xb5216c0f95950456U
 
 #ifdef __cplusplus
 extern "C" {
@@ -75,6 +86,25 @@ void scara_hd_f32_frames(const float q[SCARA_HD_DOF], float base_T_frames[SCARA_
  * far as sums of angles are too: |px| <= 1.3e-4 m, |py| <= 1.3e-4 m, |pz| <= 6.0e-8 m.
  */
 void scara_hd_f32_position(const float q[SCARA_HD_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float SCARA_HD_F32_LIMITS_LOW[SCARA_HD_DOF];
+extern const float SCARA_HD_F32_LIMITS_HIGH[SCARA_HD_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int scara_hd_f32_within_limits(const float q[SCARA_HD_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void scara_hd_f32_clamp(const float q[SCARA_HD_DOF], float clamped[SCARA_HD_DOF]);
 
 #ifdef __cplusplus
 }

@@ -14,8 +14,11 @@
 
 #define SCARA_HD_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define SCARA_HD_F32_TOLERANCE 4.4e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef SCARA_HD_F32_TOLERANCE
+#define SCARA_HD_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float scara_hd_f32_vectors_q[SCARA_HD_F32_VECTORS][SCARA_HD_DOF] = {
@@ -57,6 +60,9 @@ static const float scara_hd_f32_fk_expected[SCARA_HD_F32_VECTORS][12] = {
     {-0.98735905F, 0.15849952F, 0.0F, 0.3125954F, -0.15849952F, -0.98735905F, 0.0F, -0.0277802F, 0.0F, 0.0F, 1.0F, 1.4150391F}
 };
 
+/* Accepted differences of these entries. */
+static const float scara_hd_f32_fk_accepted[12] = {6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.202923e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.2109998e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1455344e-07F};
+
 /* What scara_hd_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float scara_hd_f32_frames_expected[SCARA_HD_F32_VECTORS][48] = {
     {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.5F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.35F, 0.0F, 0.0F, 1.0F, 0.5F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.6F, 0.0F, 0.0F, 1.0F, 0.5F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.6F, 0.0F, 0.0F, 1.0F, 0.5F},
@@ -76,6 +82,9 @@ static const float scara_hd_f32_frames_expected[SCARA_HD_F32_VECTORS][48] = {
     {-0.9876667F, -0.15657079F, 0.0F, 0.0F, 0.15657079F, -0.9876667F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.5F, -0.16379601F, 0.98649424F, 0.0F, -0.054799777F, -0.98649424F, -0.16379601F, 0.0F, -0.34568337F, 0.0F, 0.0F, 1.0F, 0.5F, -0.16379601F, 0.98649424F, 0.0F, 0.19182378F, -0.98649424F, -0.16379601F, 0.0F, -0.38663235F, 0.0F, 0.0F, 1.0F, 0.8066406F, -0.16379601F, 0.98649424F, 0.0F, 0.19182378F, -0.98649424F, -0.16379601F, 0.0F, -0.38663235F, 0.0F, 0.0F, 1.0F, 0.8066406F},
     {0.6258845F, 0.7799158F, 0.0F, 0.0F, -0.7799158F, 0.6258845F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.5F, -0.98735905F, 0.15849952F, 0.0F, 0.27297053F, -0.15849952F, -0.98735905F, 0.0F, 0.21905957F, 0.0F, 0.0F, 1.0F, 0.5F, -0.98735905F, 0.15849952F, 0.0F, 0.3125954F, -0.15849952F, -0.98735905F, 0.0F, -0.0277802F, 0.0F, 0.0F, 1.0F, 1.4150391F, -0.98735905F, 0.15849952F, 0.0F, 0.3125954F, -0.15849952F, -0.98735905F, 0.0F, -0.0277802F, 0.0F, 0.0F, 1.0F, 1.4150391F}
 };
+
+/* Accepted differences of these entries. */
+static const float scara_hd_f32_frames_accepted[48] = {1.6760464e-07F, 1.672127e-07F, 5.820766e-11F, 5.820766e-11F, 1.672127e-07F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.9802322e-08F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 1.00247696e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 1.00384874e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.9802322e-08F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.202923e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.2109998e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1455344e-07F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.202923e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.2109998e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1455344e-07F};
 
 /* What scara_hd_f32_position must return, 3 entries for each frame. */
 static const float scara_hd_f32_position_expected[SCARA_HD_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float scara_hd_f32_position_expected[SCARA_HD_F32_VECTORS][3] = {
     {0.3125954F, -0.0277802F, 1.4150391F}
 };
 
+/* Accepted differences of these entries. */
+static const float scara_hd_f32_position_accepted[3] = {3.202923e-07F, 3.2109998e-07F, 2.1455344e-07F};
+
 #define SCARA_HD_F32_PAIRS 16
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef SCARA_HD_F32_PAIR_TOLERANCE
+#define SCARA_HD_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float scara_hd_f32_pairs_expected[SCARA_HD_F32_PAIRS][5] = {
@@ -123,7 +140,7 @@ static const float scara_hd_f32_pairs_expected[SCARA_HD_F32_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float scara_hd_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

@@ -15,8 +15,15 @@
  * Joint vector:
  *   q[0]  spindle  screw      rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of screw.yaml, standard convention, lengths in m, angles in rad:
+ *   row      alpha  a                     d  theta
+ *   spindle      0  0  0.0007957747155*q[0]   q[0]
+ *
+ * Made by:
+ *   kinegen build screw.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCREW_SINCOS(x, s, c), defined where
@@ -37,6 +44,7 @@
 #define SCREW_FRAMES 2
 #define SCREW_FRAME_SPINDLE 0
 #define SCREW_FRAME_TOOL 1
+#define SCREW_MODEL 0x2d53b582211d0306U
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,6 +78,25 @@ void screw_frames(const double q[SCREW_DOF], double base_T_frames[SCREW_FRAMES][
  * angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 7.9e-15 m.
  */
 void screw_position(const double q[SCREW_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double SCREW_LIMITS_LOW[SCREW_DOF];
+extern const double SCREW_LIMITS_HIGH[SCREW_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int screw_within_limits(const double q[SCREW_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void screw_clamp(const double q[SCREW_DOF], double clamped[SCREW_DOF]);
 
 #ifdef __cplusplus
 }

@@ -15,8 +15,16 @@
  * Joint vector:
  *   q[0]  spindle  screw      rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of screw.yaml, standard convention, lengths in m, angles in rad:
+ *   row      alpha  a                     d  theta
+ *   spindle      0  0  0.0007957747155*q[0]   q[0]
+ *
+ * Made by:
+ *   kinegen build screw.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCREW_F32_SINCOS(x, s, c),
@@ -37,6 +45,7 @@
 #define SCREW_FRAMES 2
 #define SCREW_FRAME_SPINDLE 0
 #define SCREW_FRAME_TOOL 1
+#define SCREW_MODEL 0x2d53b582211d0306U
 
 #ifdef __cplusplus
 extern "C" {
@@ -69,6 +78,25 @@ void screw_f32_frames(const float q[SCREW_DOF], float base_T_frames[SCREW_FRAMES
  * angles are too: |px| <= 0 m, |py| <= 0 m, |pz| <= 8.2e-7 m.
  */
 void screw_f32_position(const float q[SCREW_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float SCREW_F32_LIMITS_LOW[SCREW_DOF];
+extern const float SCREW_F32_LIMITS_HIGH[SCREW_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int screw_f32_within_limits(const float q[SCREW_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void screw_f32_clamp(const float q[SCREW_DOF], float clamped[SCREW_DOF]);
 
 #ifdef __cplusplus
 }

@@ -17,8 +17,17 @@
  *   q[1]  lift    revolute   rad  no limits
  *   q[2]  stroke  prismatic  m    no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of spherical_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row     alpha  a     d  theta
+ *   turn      -90  0     0   q[0]
+ *   lift       90  0  0.15   q[1]
+ *   stroke      0  0  q[2]      0
+ *
+ * Made by:
+ *   kinegen build spherical_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SPHERICAL_ARM_SINCOS(x, s, c),
@@ -42,6 +51,7 @@
 #define SPHERICAL_ARM_FRAME_LIFT 1
 #define SPHERICAL_ARM_FRAME_STROKE 2
 #define SPHERICAL_ARM_FRAME_TOOL 3
+#define SPHERICAL_ARM_MODEL 0xf6887f5a933fdff3U
 
 #ifdef __cplusplus
 extern "C" {
@@ -73,6 +83,25 @@ void spherical_arm_frames(const double q[SPHERICAL_ARM_DOF], double base_T_frame
  * 100000 rad.
  */
 void spherical_arm_position(const double q[SPHERICAL_ARM_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double SPHERICAL_ARM_LIMITS_LOW[SPHERICAL_ARM_DOF];
+extern const double SPHERICAL_ARM_LIMITS_HIGH[SPHERICAL_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int spherical_arm_within_limits(const double q[SPHERICAL_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void spherical_arm_clamp(const double q[SPHERICAL_ARM_DOF], double clamped[SPHERICAL_ARM_DOF]);
 
 #ifdef __cplusplus
 }

@@ -14,8 +14,11 @@
 
 #define SPHERICAL_ARM_F32_VECTORS 16
 
-/* Largest accepted difference, in m for positions. */
-#define SPHERICAL_ARM_F32_TOLERANCE 2e-06F
+/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1, unless a board whose
+ * own sine and cosine are coarser than those of the kernels defines a larger one. */
+#ifndef SPHERICAL_ARM_F32_TOLERANCE
+#define SPHERICAL_ARM_F32_TOLERANCE 1.0F
+#endif
 
 /* Joint vectors. */
 static const float spherical_arm_f32_vectors_q[SPHERICAL_ARM_F32_VECTORS][SPHERICAL_ARM_DOF] = {
@@ -57,6 +60,9 @@ static const float spherical_arm_f32_fk_expected[SPHERICAL_ARM_F32_VECTORS][12] 
     {-0.30941F, 0.7799158F, -0.5440559F, 0.18446305F, 0.38555637F, 0.6258845F, 0.6779491F, 0.009801099F, 0.8692593F, 0.0F, -0.49435642F, 0.06131178F}
 };
 
+/* Accepted differences of these entries. */
+static const float spherical_arm_f32_fk_accepted[12] = {3.3520928e-07F, 1.672127e-07F, 3.344726e-07F, 1.2499848e-07F, 3.2868846e-07F, 1.6760464e-07F, 3.3236492e-07F, 1.2454191e-07F, 1.6760305e-07F, 5.820766e-11F, 1.6760464e-07F, 3.9943647e-08F};
+
 /* What spherical_arm_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
 static const float spherical_arm_f32_frames_expected[SPHERICAL_ARM_F32_VECTORS][48] = {
     {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, -1.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.15F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.15F, 0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.15F, 0.0F, 0.0F, 1.0F, 0.0F},
@@ -76,6 +82,9 @@ static const float spherical_arm_f32_frames_expected[SPHERICAL_ARM_F32_VECTORS][
     {-0.9876667F, 0.0F, -0.15657079F, 0.0F, 0.15657079F, 0.0F, -0.9876667F, 0.0F, 0.0F, -1.0F, 0.0F, 0.0F, -0.007229423F, -0.15657079F, -0.98764026F, -0.023485618F, 0.001146051F, -0.9876667F, 0.15656659F, -0.14815001F, -0.99997324F, 0.0F, 0.007319699F, 0.0F, -0.007229423F, -0.15657079F, -0.98764026F, 0.017987559F, 0.001146051F, -0.9876667F, 0.15656659F, -0.15472458F, -0.99997324F, 0.0F, 0.007319699F, -0.00030737018F, -0.007229423F, -0.15657079F, -0.98764026F, 0.017987559F, 0.001146051F, -0.9876667F, 0.15656659F, -0.15472458F, -0.99997324F, 0.0F, 0.007319699F, -0.00030737018F},
     {0.6258845F, 0.0F, 0.7799158F, 0.0F, -0.7799158F, 0.0F, 0.6258845F, 0.0F, 0.0F, -1.0F, 0.0F, 0.0F, -0.30941F, 0.7799158F, -0.5440559F, 0.11698737F, 0.38555637F, 0.6258845F, 0.6779491F, 0.09388267F, 0.8692593F, 0.0F, -0.49435642F, 0.0F, -0.30941F, 0.7799158F, -0.5440559F, 0.18446305F, 0.38555637F, 0.6258845F, 0.6779491F, 0.009801099F, 0.8692593F, 0.0F, -0.49435642F, 0.06131178F, -0.30941F, 0.7799158F, -0.5440559F, 0.18446305F, 0.38555637F, 0.6258845F, 0.6779491F, 0.009801099F, 0.8692593F, 0.0F, -0.49435642F, 0.06131178F}
 };
+
+/* Accepted differences of these entries. */
+static const float spherical_arm_f32_frames_accepted[48] = {1.6760464e-07F, 5.820766e-11F, 1.672127e-07F, 5.820766e-11F, 1.672127e-07F, 5.820766e-11F, 1.6760464e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 5.820766e-11F, 5.820766e-11F, 3.3520928e-07F, 1.672127e-07F, 3.344726e-07F, 5.1903996e-08F, 3.2868846e-07F, 1.6760464e-07F, 3.3236492e-07F, 5.1962786e-08F, 1.6760305e-07F, 5.820766e-11F, 1.6760464e-07F, 5.820766e-11F, 3.3520928e-07F, 1.672127e-07F, 3.344726e-07F, 1.2499848e-07F, 3.2868846e-07F, 1.6760464e-07F, 3.3236492e-07F, 1.2454191e-07F, 1.6760305e-07F, 5.820766e-11F, 1.6760464e-07F, 3.9943647e-08F, 3.3520928e-07F, 1.672127e-07F, 3.344726e-07F, 1.2499848e-07F, 3.2868846e-07F, 1.6760464e-07F, 3.3236492e-07F, 1.2454191e-07F, 1.6760305e-07F, 5.820766e-11F, 1.6760464e-07F, 3.9943647e-08F};
 
 /* What spherical_arm_f32_position must return, 3 entries for each frame. */
 static const float spherical_arm_f32_position_expected[SPHERICAL_ARM_F32_VECTORS][3] = {
@@ -97,7 +106,15 @@ static const float spherical_arm_f32_position_expected[SPHERICAL_ARM_F32_VECTORS
     {0.18446305F, 0.009801099F, 0.06131178F}
 };
 
+/* Accepted differences of these entries. */
+static const float spherical_arm_f32_position_accepted[3] = {1.1672e-07F, 1.16263436e-07F, 3.9943647e-08F};
+
 #define SPHERICAL_ARM_F32_PAIRS 15
+
+/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+#ifndef SPHERICAL_ARM_F32_PAIR_TOLERANCE
+#define SPHERICAL_ARM_F32_PAIR_TOLERANCE 1.08e-07F
+#endif
 
 /* Angles that the kernels take at these vectors: angle; sine, and what its rounding lacks; cosine likewise. */
 static const float spherical_arm_f32_pairs_expected[SPHERICAL_ARM_F32_PAIRS][5] = {
@@ -122,7 +139,7 @@ static const float spherical_arm_f32_pairs_expected[SPHERICAL_ARM_F32_PAIRS][5] 
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
 float spherical_arm_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

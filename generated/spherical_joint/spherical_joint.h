@@ -17,8 +17,17 @@
  *   q[1]  turn_2  revolute   rad  no limits
  *   q[2]  turn_3  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of spherical_joint.yaml, standard convention, lengths in m, angles in deg:
+ *   row     alpha  a  d  theta
+ *   turn_1    -90  0  0   q[0]
+ *   turn_2     90  0  0   q[1]
+ *   turn_3      0  0  0   q[2]
+ *
+ * Made by:
+ *   kinegen build spherical_joint.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SPHERICAL_JOINT_SINCOS(x, s, c),
@@ -42,6 +51,7 @@
 #define SPHERICAL_JOINT_FRAME_TURN_2 1
 #define SPHERICAL_JOINT_FRAME_TURN_3 2
 #define SPHERICAL_JOINT_FRAME_TOOL 3
+#define SPHERICAL_JOINT_MODEL 0x4e69e54a6bf46634U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +82,25 @@ void spherical_joint_frames(const double q[SPHERICAL_JOINT_DOF], double base_T_f
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 0 m. The same for q[0], q[1] and q[2] anywhere up to 100000 rad.
  */
 void spherical_joint_position(const double q[SPHERICAL_JOINT_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double SPHERICAL_JOINT_LIMITS_LOW[SPHERICAL_JOINT_DOF];
+extern const double SPHERICAL_JOINT_LIMITS_HIGH[SPHERICAL_JOINT_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int spherical_joint_within_limits(const double q[SPHERICAL_JOINT_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void spherical_joint_clamp(const double q[SPHERICAL_JOINT_DOF], double clamped[SPHERICAL_JOINT_DOF]);
 
 #ifdef __cplusplus
 }

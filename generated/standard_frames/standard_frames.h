@@ -17,8 +17,20 @@
  *   q[1]  slide_y  prismatic  m    0 to 4
  *   q[2]  slide_z  prismatic  m    0 to 4
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of standard_frames.yaml, elementary transforms, lengths in m, angles in deg:
+ *   row
+ *   slide_x  Tx(q[0])
+ *   slide_y  Ty(q[1])
+ *   slide_z  Tz(q[2]) Rx(180)
+ *   tool: Tz(0.5)
+ *   station on base: Tx(2) Ty(1) Rz(90)
+ *   goal on station: Tx(2) Ty(1) Tz(1.5) Rz(-90) Rx(180)
+ *
+ * Made by:
+ *   kinegen build standard_frames.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  * Compiled without contraction (-std=c99 or -ffp-contract=off) the results are the same bits on every machine.
  * (gcc 12 contracts a few operations all the same for processors that can; -fno-tree-slp-vectorize keeps it from that.)
  *
@@ -37,6 +49,7 @@
 #define STANDARD_FRAMES_FRAME_TOOL 3
 #define STANDARD_FRAMES_FRAME_STATION 4
 #define STANDARD_FRAMES_FRAME_GOAL 5
+#define STANDARD_FRAMES_MODEL 0x34526a6e4ae6b17bU
 
 #ifdef __cplusplus
 extern "C" {
@@ -65,6 +78,25 @@ void standard_frames_frames(const double q[STANDARD_FRAMES_DOF], double base_T_f
  * Proven error: |px| <= 0 m, |py| <= 0 m, |pz| <= 2.3e-16 m.
  */
 void standard_frames_position(const double q[STANDARD_FRAMES_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double STANDARD_FRAMES_LIMITS_LOW[STANDARD_FRAMES_DOF];
+extern const double STANDARD_FRAMES_LIMITS_HIGH[STANDARD_FRAMES_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int standard_frames_within_limits(const double q[STANDARD_FRAMES_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void standard_frames_clamp(const double q[STANDARD_FRAMES_DOF], double clamped[STANDARD_FRAMES_DOF]);
 
 #ifdef __cplusplus
 }

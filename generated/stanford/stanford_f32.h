@@ -20,8 +20,21 @@
  *   q[4]  joint_5  revolute   rad  no limits
  *   q[5]  joint_6  revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of stanford.yaml, standard convention, lengths in m, angles in deg:
+ *   row      alpha  a      d  theta
+ *   joint_1    -90  0      0   q[0]
+ *   joint_2     90  0  0.154   q[1]
+ *   joint_3      0  0   q[2]      0
+ *   joint_4    -90  0      0   q[3]
+ *   joint_5     90  0      0   q[4]
+ *   joint_6      0  0  0.263   q[5]
+ *
+ * Made by:
+ *   kinegen build stanford.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_STANFORD_F32_SINCOS(x, s, c),
@@ -48,6 +61,7 @@
 #define STANFORD_FRAME_JOINT_5 4
 #define STANFORD_FRAME_JOINT_6 5
 #define STANFORD_FRAME_TOOL 6
+#define STANFORD_MODEL 0xc82d717263c9d346U
 
 #ifdef __cplusplus
 extern "C" {
@@ -79,6 +93,25 @@ void stanford_f32_frames(const float q[STANFORD_DOF], float base_T_frames[STANFO
  * 12000 rad.
  */
 void stanford_f32_position(const float q[STANFORD_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float STANFORD_F32_LIMITS_LOW[STANFORD_DOF];
+extern const float STANFORD_F32_LIMITS_HIGH[STANFORD_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int stanford_f32_within_limits(const float q[STANFORD_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void stanford_f32_clamp(const float q[STANFORD_DOF], float clamped[STANFORD_DOF]);
 
 #ifdef __cplusplus
 }

@@ -14,13 +14,24 @@
  *
  * Joint vector:
  *   q[0]  q50  revolute   rad  0 to 1.0472
- *   q[1]  q51  revolute   rad  -0.436332 to 0.610865
+ *   q[1]  q51  revolute   rad  -0.436333 to 0.610866
  *   q[2]  q52  revolute   rad  0 to 1.0472
- *   q[3]  q53  revolute   rad  -0.174533 to 0.959931
- *   q[4]  q54  revolute   rad  -0.261799 to 1.39626
+ *   q[3]  q53  revolute   rad  -0.174533 to 0.959932
+ *   q[4]  q54  revolute   rad  -0.2618 to 1.39627
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of thumb.yaml, standard convention, lengths in mm, angles in rad:
+ *   row         alpha   a  d               theta
+ *   q50  -1.570796327   0  0  q[0] + 1.570796327
+ *   q51   1.570796327  45  0                q[1]
+ *   q52  -1.570796327   0  0                q[2]
+ *   q53             0  32  0                q[3]
+ *   q54             0  27  0                q[4]
+ *
+ * Made by:
+ *   kinegen build thumb.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_THUMB_SINCOS(x, s, c), defined where
@@ -44,6 +55,7 @@
 #define THUMB_FRAME_Q53 3
 #define THUMB_FRAME_Q54 4
 #define THUMB_FRAME_TOOL 5
+#define THUMB_MODEL 0x2fa6b68caa4ef0d1U
 
 #ifdef __cplusplus
 extern "C" {
@@ -72,6 +84,25 @@ void thumb_frames(const double q[THUMB_DOF], double base_T_frames[THUMB_FRAMES][
  * Proven error: |px| <= 1.1e-13 mm, |py| <= 1.1e-13 mm, |pz| <= 6.5e-14 mm.
  */
 void thumb_position(const double q[THUMB_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double THUMB_LIMITS_LOW[THUMB_DOF];
+extern const double THUMB_LIMITS_HIGH[THUMB_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int thumb_within_limits(const double q[THUMB_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void thumb_clamp(const double q[THUMB_DOF], double clamped[THUMB_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,8 +9,35 @@
 
 #include "thumb_f32.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if THUMB_MODEL != 0x2fa6b68caa4ef0d1U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #ifndef KINEGEN_THUMB_F32_SINCOS
@@ -425,4 +452,45 @@ void thumb_f32_position(const float q[restrict THUMB_DOF], float base_p_tool[res
     const float t20 = t16 + t19;
     const float t21 = -t20;
     base_p_tool[1] = t21;
+}
+
+const float THUMB_F32_LIMITS_LOW[THUMB_DOF] = {
+    0.0F,
+    -0.43633232F,
+    0.0F,
+    -0.17453294F,
+    -0.2617994F
+};
+
+const float THUMB_F32_LIMITS_HIGH[THUMB_DOF] = {
+    1.0471976F,
+    0.6108653F,
+    1.0471976F,
+    0.95993114F,
+    1.3962635F
+};
+
+int thumb_f32_within_limits(const float q[THUMB_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= THUMB_F32_LIMITS_LOW[0]) && (q[0] <= THUMB_F32_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= THUMB_F32_LIMITS_LOW[1]) && (q[1] <= THUMB_F32_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= THUMB_F32_LIMITS_LOW[2]) && (q[2] <= THUMB_F32_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= THUMB_F32_LIMITS_LOW[3]) && (q[3] <= THUMB_F32_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= THUMB_F32_LIMITS_LOW[4]) && (q[4] <= THUMB_F32_LIMITS_HIGH[4])) ? within : 0;
+    return within;
+}
+
+void thumb_f32_clamp(const float q[THUMB_DOF], float clamped[THUMB_DOF])
+{
+    const float above0 = (q[0] < THUMB_F32_LIMITS_LOW[0]) ? THUMB_F32_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > THUMB_F32_LIMITS_HIGH[0]) ? THUMB_F32_LIMITS_HIGH[0] : above0;
+    const float above1 = (q[1] < THUMB_F32_LIMITS_LOW[1]) ? THUMB_F32_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > THUMB_F32_LIMITS_HIGH[1]) ? THUMB_F32_LIMITS_HIGH[1] : above1;
+    const float above2 = (q[2] < THUMB_F32_LIMITS_LOW[2]) ? THUMB_F32_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > THUMB_F32_LIMITS_HIGH[2]) ? THUMB_F32_LIMITS_HIGH[2] : above2;
+    const float above3 = (q[3] < THUMB_F32_LIMITS_LOW[3]) ? THUMB_F32_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > THUMB_F32_LIMITS_HIGH[3]) ? THUMB_F32_LIMITS_HIGH[3] : above3;
+    const float above4 = (q[4] < THUMB_F32_LIMITS_LOW[4]) ? THUMB_F32_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > THUMB_F32_LIMITS_HIGH[4]) ? THUMB_F32_LIMITS_HIGH[4] : above4;
 }

@@ -13,15 +13,28 @@
  * Units: angles in rad, lengths in mm.
  *
  * Joint vector:
- *   q[0]  joint_1  revolute   rad  -3.14159 to 3.14159
- *   q[1]  joint_2  revolute   rad  -2.22529 to 2.22529
- *   q[2]  joint_3  revolute   rad  -2.48709 to 2.48709
+ *   q[0]  joint_1  revolute   rad  -3.1416 to 3.1416
+ *   q[1]  joint_2  revolute   rad  -2.2253 to 2.2253
+ *   q[2]  joint_3  revolute   rad  -2.4871 to 2.4871
  *   q[3]  joint_4  revolute   rad  -4.71239 to 4.71239
- *   q[4]  joint_5  revolute   rad  -2.13803 to 2.33001
+ *   q[4]  joint_5  revolute   rad  -2.13803 to 2.33002
  *   q[5]  joint_6  revolute   rad  -4.71239 to 4.71239
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of tx60.yaml, modified convention, lengths in mm, angles in deg:
+ *   row      alpha    a    d       theta
+ *   joint_1      0    0  375        q[0]
+ *   joint_2    -90    0   20   q[1] - 90
+ *   joint_3      0  290    0   q[2] - 90
+ *   joint_4    -90    0  310        q[3]
+ *   joint_5     90    0    0        q[4]
+ *   joint_6    -90    0   70  q[5] + 180
+ *
+ * Made by:
+ *   kinegen build tx60.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_TX60_F32_SINCOS(x, s, c),
@@ -46,6 +59,7 @@
 #define TX60_FRAME_JOINT_5 4
 #define TX60_FRAME_JOINT_6 5
 #define TX60_FRAME_TOOL 6
+#define TX60_MODEL 0x198a4b0a3ee7a317U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +88,25 @@ void tx60_f32_frames(const float q[TX60_DOF], float base_T_frames[TX60_FRAMES][1
  * Proven error: |px| <= 3.6e-4 mm, |py| <= 3.6e-4 mm, |pz| <= 3.1e-4 mm.
  */
 void tx60_f32_position(const float q[TX60_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float TX60_F32_LIMITS_LOW[TX60_DOF];
+extern const float TX60_F32_LIMITS_HIGH[TX60_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int tx60_f32_within_limits(const float q[TX60_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void tx60_f32_clamp(const float q[TX60_DOF], float clamped[TX60_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,10 +9,37 @@
 
 #include "ur16e.h"
 
+#if UR16E_MODEL != 0x3ee7c8b3da25b998U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 #if defined(DBL_MANT_DIG)
@@ -20,6 +47,9 @@
 #error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
 #endif
 #endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { UR16E_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 #ifndef KINEGEN_UR16E_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
@@ -474,4 +504,50 @@ void ur16e_position(const double q[restrict UR16E_DOF], double base_p_tool[restr
     const double t23 = t19 + t22;
     const double t24 = -t23;
     base_p_tool[1] = t24;
+}
+
+const double UR16E_LIMITS_LOW[UR16E_DOF] = {
+    -6.283185307179587,
+    -6.283185307179587,
+    -6.283185307179587,
+    -6.283185307179587,
+    -6.283185307179587,
+    -6.283185307179587
+};
+
+const double UR16E_LIMITS_HIGH[UR16E_DOF] = {
+    6.283185307179587,
+    6.283185307179587,
+    6.283185307179587,
+    6.283185307179587,
+    6.283185307179587,
+    6.283185307179587
+};
+
+int ur16e_within_limits(const double q[UR16E_DOF])
+{
+    int within = 1;
+    within = ((q[0] >= UR16E_LIMITS_LOW[0]) && (q[0] <= UR16E_LIMITS_HIGH[0])) ? within : 0;
+    within = ((q[1] >= UR16E_LIMITS_LOW[1]) && (q[1] <= UR16E_LIMITS_HIGH[1])) ? within : 0;
+    within = ((q[2] >= UR16E_LIMITS_LOW[2]) && (q[2] <= UR16E_LIMITS_HIGH[2])) ? within : 0;
+    within = ((q[3] >= UR16E_LIMITS_LOW[3]) && (q[3] <= UR16E_LIMITS_HIGH[3])) ? within : 0;
+    within = ((q[4] >= UR16E_LIMITS_LOW[4]) && (q[4] <= UR16E_LIMITS_HIGH[4])) ? within : 0;
+    within = ((q[5] >= UR16E_LIMITS_LOW[5]) && (q[5] <= UR16E_LIMITS_HIGH[5])) ? within : 0;
+    return within;
+}
+
+void ur16e_clamp(const double q[UR16E_DOF], double clamped[UR16E_DOF])
+{
+    const double above0 = (q[0] < UR16E_LIMITS_LOW[0]) ? UR16E_LIMITS_LOW[0] : q[0];
+    clamped[0] = (above0 > UR16E_LIMITS_HIGH[0]) ? UR16E_LIMITS_HIGH[0] : above0;
+    const double above1 = (q[1] < UR16E_LIMITS_LOW[1]) ? UR16E_LIMITS_LOW[1] : q[1];
+    clamped[1] = (above1 > UR16E_LIMITS_HIGH[1]) ? UR16E_LIMITS_HIGH[1] : above1;
+    const double above2 = (q[2] < UR16E_LIMITS_LOW[2]) ? UR16E_LIMITS_LOW[2] : q[2];
+    clamped[2] = (above2 > UR16E_LIMITS_HIGH[2]) ? UR16E_LIMITS_HIGH[2] : above2;
+    const double above3 = (q[3] < UR16E_LIMITS_LOW[3]) ? UR16E_LIMITS_LOW[3] : q[3];
+    clamped[3] = (above3 > UR16E_LIMITS_HIGH[3]) ? UR16E_LIMITS_HIGH[3] : above3;
+    const double above4 = (q[4] < UR16E_LIMITS_LOW[4]) ? UR16E_LIMITS_LOW[4] : q[4];
+    clamped[4] = (above4 > UR16E_LIMITS_HIGH[4]) ? UR16E_LIMITS_HIGH[4] : above4;
+    const double above5 = (q[5] < UR16E_LIMITS_LOW[5]) ? UR16E_LIMITS_LOW[5] : q[5];
+    clamped[5] = (above5 > UR16E_LIMITS_HIGH[5]) ? UR16E_LIMITS_HIGH[5] : above5;
 }

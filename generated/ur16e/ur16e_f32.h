@@ -20,8 +20,21 @@
  *   q[4]  wrist_2    revolute   rad  -6.28319 to 6.28319
  *   q[5]  wrist_3    revolute   rad  -6.28319 to 6.28319
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of ur16e.yaml, standard convention, lengths in m, angles in deg:
+ *   row        alpha        a        d  theta
+ *   base_turn     90        0   0.1807   q[0]
+ *   shoulder       0  -0.4784        0   q[1]
+ *   elbow          0    -0.36        0   q[2]
+ *   wrist_1       90        0  0.17415   q[3]
+ *   wrist_2      -90        0  0.11985   q[4]
+ *   wrist_3        0        0  0.11655   q[5]
+ *
+ * Made by:
+ *   kinegen build ur16e.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked. ESP32 and ESP32-S3: an interrupt handler may use float
+ * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR16E_F32_SINCOS(x, s, c),
@@ -46,6 +59,7 @@
 #define UR16E_FRAME_WRIST_2 4
 #define UR16E_FRAME_WRIST_3 5
 #define UR16E_FRAME_TOOL 6
+#define UR16E_MODEL 0x3ee7c8b3da25b998U
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +88,25 @@ void ur16e_f32_frames(const float q[UR16E_DOF], float base_T_frames[UR16E_FRAMES
  * Proven error: |px| <= 8.4e-7 m, |py| <= 8.4e-7 m, |pz| <= 7.1e-7 m.
  */
 void ur16e_f32_position(const float q[UR16E_DOF], float base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const float UR16E_F32_LIMITS_LOW[UR16E_DOF];
+extern const float UR16E_F32_LIMITS_HIGH[UR16E_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int ur16e_f32_within_limits(const float q[UR16E_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void ur16e_f32_clamp(const float q[UR16E_DOF], float clamped[UR16E_DOF]);
 
 #ifdef __cplusplus
 }

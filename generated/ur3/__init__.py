@@ -21,9 +21,20 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import sys
+
+if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
+    raise ImportError("ur3 needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+    from ._engines import forget
+
+    forget(globals())
+
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
+from ._limits import Clamp, WithinLimits
 
 __all__ = [
     "DOF",
@@ -31,9 +42,11 @@ __all__ = [
     "JOINTS",
     "LIMITS",
     "backend",
+    "clamp",
     "fk",
     "frames",
     "position",
+    "within_limits",
 ]
 
 DOF = 6
@@ -50,14 +63,46 @@ JOINTS: tuple[str, ...] = (
 """Names of the joints, in the order of the joint vector."""
 
 LIMITS: tuple[tuple[float, float] | None, ...] = (
-    (-6.283185307179586, 6.283185307179586),
-    (-6.283185307179586, 6.283185307179586),
-    (-6.283185307179586, 6.283185307179586),
-    (-6.283185307179586, 6.283185307179586),
-    (-6.283185307179586, 6.283185307179586),
+    (-6.283185307179587, 6.283185307179587),
+    (-6.283185307179587, 6.283185307179587),
+    (-6.283185307179587, 6.283185307179587),
+    (-6.283185307179587, 6.283185307179587),
+    (-6.283185307179587, 6.283185307179587),
     None,
 )
-"""Lower and upper limit of each joint in rad or m; None where the robot file has none."""
+"""Lower and upper limit of each joint in rad or m, rounded outwards; None where the robot file has none."""
+
+_SINGLE_LIMITS: tuple[tuple[float, float] | None, ...] = (
+    (-6.2831854820251465, 6.2831854820251465),
+    (-6.2831854820251465, 6.2831854820251465),
+    (-6.2831854820251465, 6.2831854820251465),
+    (-6.2831854820251465, 6.2831854820251465),
+    (-6.2831854820251465, 6.2831854820251465),
+    None,
+)
+
+within_limits = WithinLimits(
+    "within_limits",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Whether joint vectors are within the limits.
+
+    q of shape (..., 6) gives truth values (...); NaN and infinity are not within.
+    """,
+)
+
+clamp = Clamp(
+    "clamp",
+    LIMITS,
+    _SINGLE_LIMITS,
+    module=__name__,
+    doc="""Joint vectors brought within the limits.
+
+    q of shape (..., 6) gives an array of that shape, each joint outside its limits at the nearer one; NaN
+    stays NaN.
+    """,
+)
 
 FRAMES: tuple[str, ...] = (
     "base_turn",
@@ -70,7 +115,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("50c9908a96765f0a")
+_native = load_native("d5ded7c2a793876c")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

@@ -20,8 +20,20 @@
  *   q[4]  wrist_2    revolute   rad  -6.28319 to 6.28319
  *   q[5]  wrist_3    revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of ur3.yaml, standard convention, lengths in m, angles in deg:
+ *   row        alpha         a        d  theta
+ *   base_turn     90         0   0.1519   q[0]
+ *   shoulder       0  -0.24365        0   q[1]
+ *   elbow          0  -0.21325        0   q[2]
+ *   wrist_1       90         0  0.11235   q[3]
+ *   wrist_2      -90         0  0.08535   q[4]
+ *   wrist_3        0         0   0.0819   q[5]
+ *
+ * Made by:
+ *   kinegen build ur3.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR3_SINCOS(x, s, c), defined where
@@ -47,6 +59,7 @@
 #define UR3_FRAME_WRIST_2 4
 #define UR3_FRAME_WRIST_3 5
 #define UR3_FRAME_TOOL 6
+#define UR3_MODEL 0x1d36ed59e45cd349U
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,6 +90,25 @@ void ur3_frames(const double q[UR3_DOF], double base_T_frames[UR3_FRAMES][16]);
  * Proven error: |px| <= 9.3e-16 m, |py| <= 9.3e-16 m, |pz| <= 7.9e-16 m. The same for q[5] anywhere up to 100000 rad.
  */
 void ur3_position(const double q[UR3_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double UR3_LIMITS_LOW[UR3_DOF];
+extern const double UR3_LIMITS_HIGH[UR3_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int ur3_within_limits(const double q[UR3_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void ur3_clamp(const double q[UR3_DOF], double clamped[UR3_DOF]);
 
 #ifdef __cplusplus
 }

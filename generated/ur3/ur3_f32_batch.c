@@ -9,8 +9,35 @@
 
 #include "ur3_f32_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if UR3_MODEL != 0x1d36ed59e45cd349U
+#error "the header and this file were generated from different robot files; take both from one build"
+#endif
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
 #endif
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
@@ -91,6 +118,22 @@ static inline void ur3_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define UR3_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define UR3_F32_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define UR3_F32_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define UR3_F32_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -105,6 +148,63 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define UR3_F32_LANES
+typedef float ur3_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float ur3_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+enum { LANES = 8 };
+
+/* Takes the numbers of eight configurations that stand in four rows: configurations i and i + 4 come side by side. */
+static inline void take_block(const float *from, int row, ur3_f32_lanes *taken)
+{
+    const ur3_f32_lanes a = *(const ur3_f32_lanes *)from;
+    const ur3_f32_lanes b = *(const ur3_f32_lanes *)(from + row);
+    const ur3_f32_lanes c = *(const ur3_f32_lanes *)(from + 2 * row);
+    const ur3_f32_lanes d = *(const ur3_f32_lanes *)(from + 3 * row);
+    const ur3_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
+    const ur3_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const ur3_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
+    const ur3_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+}
+
+/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
+{
+    const ur3_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
+    ur3_f32_lanes x[4];
+    ur3_f32_lanes y[4];
+    ur3_f32_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + i * stride;
+        *(ur3_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 0, 1, 2, 3, 8, 9, 10, 11);
+        if (last_rows != 0) {
+            *(ur3_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
+        } else {
+            *(ur3_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        float *const one = to + (i + 4) * stride;
+        *(ur3_f32_lanes *)one = __builtin_shufflevector(x[i], y[i], 4, 5, 6, 7, 12, 13, 14, 15);
+        if (last_rows != 0) {
+            *(ur3_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
+        } else {
+            *(ur3_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -145,7 +245,15 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef UR3_F32_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             float *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -190,8 +298,11 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
     }
 }
 
-static inline void ur3_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+UR3_F32_INLINE void ur3_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef UR3_F32_APART
+    UR3_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         const float q234 = q[i * q_pose + 3 * q_joint] + q23;
@@ -225,7 +336,7 @@ static inline void ur3_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, pt
         const float t9 = t8 - t6;
         const float t10 = s234 * t4;
         const float t11 = t10 + t7;
-        t[8][i] = t11;
+        t[8 * t_row + i] = t11;
         const float t12 = c234 * s5;
         const float t13 = s234 * s5;
         const float t14 = s234 * 0.08535F;
@@ -236,24 +347,24 @@ static inline void ur3_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, pt
         const float t19 = t3 + t18;
         const float t20 = 0.1519F - t19;
         const float t21 = -t13;
-        t[10][i] = t21;
+        t[10 * t_row + i] = t21;
         const float t22 = s1 * t5;
         const float t23 = c1 * t5;
         const float t24 = c1 * t9;
         const float t25 = t22 + t24;
-        t[0][i] = t25;
+        t[0 * t_row + i] = t25;
         const float t26 = s1 * t9;
         const float t27 = t26 - t23;
-        t[4][i] = t27;
+        t[4 * t_row + i] = t27;
         const float t28 = s1 * c5;
         const float t29 = c1 * c5;
         const float t30 = c1 * t12;
         const float t31 = t28 - t30;
-        t[2][i] = t31;
+        t[2 * t_row + i] = t31;
         const float t32 = s1 * t12;
         const float t33 = t32 + t29;
         const float t34 = -t33;
-        t[6][i] = t34;
+        t[6 * t_row + i] = t34;
         const float t35 = s1 * 0.11235F;
         const float t36 = s1 * t16;
         const float t37 = c1 * t16;
@@ -264,24 +375,24 @@ static inline void ur3_f32_fk_tile(const float *restrict q, ptrdiff_t q_pose, pt
         const float t42 = t11 * t31;
         const float t43 = t13 * t27;
         const float t44 = t43 - t41;
-        t[1][i] = t44;
+        t[1 * t_row + i] = t44;
         const float t45 = t27 * t31;
         const float t46 = t31 * (-0.0819F);
         const float t47 = t38 - t46;
-        t[3][i] = t47;
+        t[3 * t_row + i] = t47;
         const float t48 = t13 * t25;
         const float t49 = t42 + t48;
         const float t50 = -t49;
-        t[5][i] = t50;
+        t[5 * t_row + i] = t50;
         const float t51 = t25 * t33;
         const float t52 = t51 + t45;
-        t[9][i] = t52;
+        t[9 * t_row + i] = t52;
         const float t53 = t33 * 0.0819F;
         const float t54 = t40 - t53;
-        t[7][i] = t54;
+        t[7 * t_row + i] = t54;
         const float t55 = t13 * 0.0819F;
         const float t56 = t20 - t55;
-        t[11][i] = t56;
+        t[11 * t_row + i] = t56;
     }
 }
 
@@ -291,15 +402,25 @@ void ur3_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_jo
     float t[12][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef UR3_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            ur3_f32_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        ur3_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        ur3_f32_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -537,8 +658,11 @@ void ur3_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t 
     }
 }
 
-static inline void ur3_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+UR3_F32_INLINE void ur3_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
 {
+#ifdef UR3_F32_APART
+    UR3_F32_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         const float q234 = q[i * q_pose + 3 * q_joint] + q23;
@@ -575,16 +699,16 @@ static inline void ur3_f32_position_tile(const float *restrict q, ptrdiff_t q_po
         const float t15 = t14 + t5;
         const float t16 = t6 + t15;
         const float t17 = 0.1519F - t16;
-        t[2][i] = t17;
+        t[2 * t_row + i] = t17;
         const float t18 = s1 * t2;
         const float t19 = s1 * t12;
         const float t20 = c1 * t12;
         const float t21 = t18 - t20;
-        t[0][i] = t21;
+        t[0 * t_row + i] = t21;
         const float t22 = c1 * t2;
         const float t23 = t19 + t22;
         const float t24 = -t23;
-        t[1][i] = t24;
+        t[1 * t_row + i] = t24;
     }
 }
 
@@ -594,15 +718,25 @@ void ur3_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_
     float t[3][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef UR3_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_p_tool + begin;
+            ur3_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        ur3_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        ur3_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

@@ -20,8 +20,20 @@
  *   q[4]  wrist_2    revolute   rad  -6.28319 to 6.28319
  *   q[5]  wrist_3    revolute   rad  -6.28319 to 6.28319
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of ur5.yaml, standard convention, lengths in m, angles in deg:
+ *   row        alpha         a         d  theta
+ *   base_turn     90         0  0.089159   q[0]
+ *   shoulder       0    -0.425         0   q[1]
+ *   elbow          0  -0.39225         0   q[2]
+ *   wrist_1       90         0   0.10915   q[3]
+ *   wrist_2      -90         0   0.09465   q[4]
+ *   wrist_3        0         0    0.0823   q[5]
+ *
+ * Made by:
+ *   kinegen build ur5.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR5_SINCOS(x, s, c), defined where
@@ -46,6 +58,7 @@
 #define UR5_FRAME_WRIST_2 4
 #define UR5_FRAME_WRIST_3 5
 #define UR5_FRAME_TOOL 6
+#define UR5_MODEL 0xe6493b8134d7d46eU
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +87,25 @@ void ur5_frames(const double q[UR5_DOF], double base_T_frames[UR5_FRAMES][16]);
  * Proven error: |px| <= 1.3e-15 m, |py| <= 1.3e-15 m, |pz| <= 1.2e-15 m.
  */
 void ur5_position(const double q[UR5_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double UR5_LIMITS_LOW[UR5_DOF];
+extern const double UR5_LIMITS_HIGH[UR5_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int ur5_within_limits(const double q[UR5_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void ur5_clamp(const double q[UR5_DOF], double clamped[UR5_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,9 +9,47 @@
 
 #include "ur5_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if UR5_MODEL != 0xe6493b8134d7d46eU
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { UR5_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -106,6 +144,22 @@ static inline void ur5_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define UR5_INLINE static inline __attribute__((always_inline))
+#else
+#define UR5_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define UR5_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define UR5_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -120,6 +174,53 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define UR5_LANES
+typedef double ur5_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, ur5_lanes *taken)
+{
+    const ur5_lanes a = *(const ur5_lanes *)from;
+    const ur5_lanes b = *(const ur5_lanes *)(from + row);
+    const ur5_lanes c = *(const ur5_lanes *)(from + 2 * row);
+    const ur5_lanes d = *(const ur5_lanes *)(from + 3 * row);
+    const ur5_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const ur5_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const ur5_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const ur5_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const ur5_lanes last = {0, 0, 0, 1};
+    ur5_lanes x[LANES];
+    ur5_lanes y[LANES];
+    ur5_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(ur5_lanes *)one = x[i];
+        *(ur5_lanes *)(one + 4) = y[i];
+        *(ur5_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(ur5_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -160,7 +261,15 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef UR5_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -244,7 +353,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef UR5_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -278,8 +395,11 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
     }
 }
 
-static inline void ur5_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+UR5_INLINE void ur5_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef UR5_APART
+    UR5_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         const double q234 = q[i * q_pose + 3 * q_joint] + q23;
@@ -313,7 +433,7 @@ static inline void ur5_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdi
         const double t9 = t8 - t6;
         const double t10 = s234 * t4;
         const double t11 = t10 + t7;
-        t[8][i] = t11;
+        t[8 * t_row + i] = t11;
         const double t12 = c234 * s5;
         const double t13 = s234 * s5;
         const double t14 = s234 * 0.09465;
@@ -324,24 +444,24 @@ static inline void ur5_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdi
         const double t19 = t3 + t18;
         const double t20 = 0.089159 - t19;
         const double t21 = -t13;
-        t[10][i] = t21;
+        t[10 * t_row + i] = t21;
         const double t22 = s1 * t5;
         const double t23 = c1 * t5;
         const double t24 = c1 * t9;
         const double t25 = t22 + t24;
-        t[0][i] = t25;
+        t[0 * t_row + i] = t25;
         const double t26 = s1 * t9;
         const double t27 = t26 - t23;
-        t[4][i] = t27;
+        t[4 * t_row + i] = t27;
         const double t28 = s1 * c5;
         const double t29 = c1 * c5;
         const double t30 = c1 * t12;
         const double t31 = t28 - t30;
-        t[2][i] = t31;
+        t[2 * t_row + i] = t31;
         const double t32 = s1 * t12;
         const double t33 = t32 + t29;
         const double t34 = -t33;
-        t[6][i] = t34;
+        t[6 * t_row + i] = t34;
         const double t35 = s1 * 0.10915;
         const double t36 = s1 * t16;
         const double t37 = c1 * t16;
@@ -352,24 +472,24 @@ static inline void ur5_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdi
         const double t42 = t11 * t31;
         const double t43 = t13 * t27;
         const double t44 = t43 - t41;
-        t[1][i] = t44;
+        t[1 * t_row + i] = t44;
         const double t45 = t27 * t31;
         const double t46 = t31 * (-0.0823);
         const double t47 = t38 - t46;
-        t[3][i] = t47;
+        t[3 * t_row + i] = t47;
         const double t48 = t13 * t25;
         const double t49 = t42 + t48;
         const double t50 = -t49;
-        t[5][i] = t50;
+        t[5 * t_row + i] = t50;
         const double t51 = t25 * t33;
         const double t52 = t51 + t45;
-        t[9][i] = t52;
+        t[9 * t_row + i] = t52;
         const double t53 = t33 * 0.0823;
         const double t54 = t40 - t53;
-        t[7][i] = t54;
+        t[7 * t_row + i] = t54;
         const double t55 = t13 * 0.0823;
         const double t56 = t20 - t55;
-        t[11][i] = t56;
+        t[11 * t_row + i] = t56;
     }
 }
 
@@ -379,15 +499,25 @@ void ur5_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef UR5_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_T_tool + begin;
+            ur5_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        ur5_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        ur5_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -625,8 +755,11 @@ void ur5_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_j
     }
 }
 
-static inline void ur5_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+UR5_INLINE void ur5_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef UR5_APART
+    UR5_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         const double q234 = q[i * q_pose + 3 * q_joint] + q23;
@@ -663,16 +796,16 @@ static inline void ur5_position_tile(const double *restrict q, ptrdiff_t q_pose,
         const double t15 = t14 + t5;
         const double t16 = t6 + t15;
         const double t17 = 0.089159 - t16;
-        t[2][i] = t17;
+        t[2 * t_row + i] = t17;
         const double t18 = s1 * t2;
         const double t19 = s1 * t12;
         const double t20 = c1 * t12;
         const double t21 = t18 - t20;
-        t[0][i] = t21;
+        t[0 * t_row + i] = t21;
         const double t22 = c1 * t2;
         const double t23 = t19 + t22;
         const double t24 = -t23;
-        t[1][i] = t24;
+        t[1 * t_row + i] = t24;
     }
 }
 
@@ -682,15 +815,25 @@ void ur5_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef UR5_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_p_tool + begin;
+            ur5_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        ur5_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        ur5_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);

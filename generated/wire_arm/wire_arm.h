@@ -17,8 +17,17 @@
  *   q[1]  shoulder  revolute   rad  no limits
  *   q[2]  elbow     revolute   rad  no limits
  *
- * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and
- * interrupts. Inputs and outputs must not overlap. Limits are not checked.
+ * Table of wire_arm.yaml, standard convention, lengths in m, angles in deg:
+ *   row       alpha    a    d  theta
+ *   waist        90    0  0.4   q[0]
+ *   shoulder      0  0.5    0   q[1]
+ *   elbow         0  0.4    0   q[2]
+ *
+ * Made by:
+ *   kinegen build wire_arm.yaml --outputs pose,frames,position
+ *
+ * Every function is pure: no state, no heap, no library, no loop, no branch on data; safe from threads and interrupts.
+ * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_WIRE_ARM_SINCOS(x, s, c), defined
@@ -41,6 +50,7 @@
 #define WIRE_ARM_FRAME_SHOULDER 1
 #define WIRE_ARM_FRAME_ELBOW 2
 #define WIRE_ARM_FRAME_TOOL 3
+#define WIRE_ARM_MODEL 0xfb5bcf96c71422caU
 
 #ifdef __cplusplus
 extern "C" {
@@ -74,6 +84,25 @@ void wire_arm_frames(const double q[WIRE_ARM_DOF], double base_T_frames[WIRE_ARM
  * 100000 rad, as far as sums of angles are too: |px| <= 3.0e-12 m, |py| <= 3.0e-12 m, |pz| <= 3.0e-12 m.
  */
 void wire_arm_position(const double q[WIRE_ARM_DOF], double base_p_tool[3]);
+
+/* Limits of the joints, rounded outwards, so that a joint exactly at its limit is within; where the robot file has no
+ * limits, the largest numbers of the type.
+ */
+extern const double WIRE_ARM_LIMITS_LOW[WIRE_ARM_DOF];
+extern const double WIRE_ARM_LIMITS_HIGH[WIRE_ARM_DOF];
+
+/* Whether a joint vector is within the limits: 1 if every joint is at its limits or between them, else 0. NaN and
+ * infinity are not.
+ *   @param[in]  q  joint vector
+ */
+int wire_arm_within_limits(const double q[WIRE_ARM_DOF]);
+
+/* The joint vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  q  joint vector
+ *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
+ */
+void wire_arm_clamp(const double q[WIRE_ARM_DOF], double clamped[WIRE_ARM_DOF]);
 
 #ifdef __cplusplus
 }

@@ -9,9 +9,47 @@
 
 #include "wire_arm_batch.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard; compile this file without it"
+#if WIRE_ARM_MODEL != 0xfb5bcf96c71422caU
+#error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <float.h>
+
+/* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
+    defined(__NO_SIGNED_ZEROS__) || defined(_M_FP_FAST)
+#error "-ffast-math breaks the sine and cosine of these kernels and their NaN guard, and so do -funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros; compile this file without them"
+#endif
+#if defined(__FINITE_MATH_ONLY__)
+#if __FINITE_MATH_ONLY__ != 0
+#error "-ffinite-math-only breaks the NaN guard of these kernels; compile this file without it"
+#endif
+#endif
+#if defined(__clang__)
+#if defined(__x86_64__) || defined(__i386__)
+#pragma float_control(precise, on)
+#else
+#if __clang_major__ >= 13
+#pragma clang fp reassociate(off)
+#endif
+#if (__clang_major__ >= 18) && !defined(__apple_build_version__)
+#pragma clang fp reciprocal(off)
+#endif
+#endif
+#elif defined(__GNUC__)
+#if __GNUC__ < 12
+#pragma GCC optimize("no-associative-math", "no-reciprocal-math", "signed-zeros")
+#endif
+#endif
+
+#if defined(DBL_MANT_DIG)
+#if DBL_MANT_DIG != 53
+#error "these kernels need a double of 64 bits; take the float ones, or switch on such a double (gcc for AVR: -mdouble=64)"
+#endif
+#endif
+
+/* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
+enum { WIRE_ARM_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
@@ -106,6 +144,22 @@ static inline void wire_arm_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
+#if defined(__GNUC__)
+#define WIRE_ARM_INLINE static inline __attribute__((always_inline))
+#else
+#define WIRE_ARM_INLINE static inline
+#endif
+
+/* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
+#if defined(__clang__)
+/* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
+#pragma clang diagnostic ignored "-Wpass-failed"
+#define WIRE_ARM_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define WIRE_ARM_APART _Pragma("GCC ivdep")
+#endif
+
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
 #if defined(__clang__)
@@ -120,6 +174,53 @@ typedef struct {
     ptrdiff_t pose;
     ptrdiff_t joint;
 } tile_input;
+
+/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define WIRE_ARM_LANES
+typedef double wire_arm_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+enum { LANES = 4 };
+
+/* Takes the numbers of four configurations that stand in four rows. */
+static inline void take_block(const double *from, int row, wire_arm_lanes *taken)
+{
+    const wire_arm_lanes a = *(const wire_arm_lanes *)from;
+    const wire_arm_lanes b = *(const wire_arm_lanes *)(from + row);
+    const wire_arm_lanes c = *(const wire_arm_lanes *)(from + 2 * row);
+    const wire_arm_lanes d = *(const wire_arm_lanes *)(from + 3 * row);
+    const wire_arm_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const wire_arm_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const wire_arm_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const wire_arm_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const wire_arm_lanes last = {0, 0, 0, 1};
+    wire_arm_lanes x[LANES];
+    wire_arm_lanes y[LANES];
+    wire_arm_lanes z[LANES];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < LANES; i++) {
+        double *const one = to + i * stride;
+        *(wire_arm_lanes *)one = x[i];
+        *(wire_arm_lanes *)(one + 4) = y[i];
+        *(wire_arm_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(wire_arm_lanes *)(one + 12) = last;
+        }
+    }
+}
+#endif
+#endif
 
 /* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -160,7 +261,15 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef WIRE_ARM_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -244,7 +353,15 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     ptrdiff_t out_stride, int last_rows)
 {
     const int size = (last_rows != 0) ? 16 : 12;
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef WIRE_ARM_LANES
+    for (; done + LANES <= count; done += LANES) {
+        for (int frame = 0; frame < frames; frame++) {
+            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int frame = 0; frame < frames; frame++) {
             double *const to = out + i * out_stride + frame * size;
             for (int entry = 0; entry < 12; entry++) {
@@ -278,46 +395,49 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
     }
 }
 
-static inline void wire_arm_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+WIRE_ARM_INLINE void wire_arm_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef WIRE_ARM_APART
+    WIRE_ARM_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         double s1;
         double c1;
         wire_arm_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        t[2][i] = s1;
+        t[2 * t_row + i] = s1;
         double s2;
         double c2;
         wire_arm_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
         double s23;
         double c23;
         wire_arm_sincos(q23, &s23, &c23);
-        t[8][i] = s23;
-        t[9][i] = c23;
+        t[8 * t_row + i] = s23;
+        t[9 * t_row + i] = c23;
         const double t0 = c2 * 0.5;
         const double t1 = s2 * 0.5;
         const double t2 = c1 * c23;
-        t[0][i] = t2;
+        t[0 * t_row + i] = t2;
         const double t3 = s1 * c23;
-        t[4][i] = t3;
+        t[4 * t_row + i] = t3;
         const double t4 = c23 * 0.4;
         const double t5 = t4 + t0;
         const double t6 = c1 * t5;
-        t[3][i] = t6;
+        t[3 * t_row + i] = t6;
         const double t7 = s1 * t5;
-        t[7][i] = t7;
+        t[7 * t_row + i] = t7;
         const double t8 = s1 * s23;
         const double t9 = -t8;
-        t[5][i] = t9;
+        t[5 * t_row + i] = t9;
         const double t10 = -c1;
-        t[6][i] = t10;
+        t[6 * t_row + i] = t10;
         const double t11 = c1 * s23;
         const double t12 = -t11;
-        t[1][i] = t12;
+        t[1 * t_row + i] = t12;
         const double t13 = s23 * 0.4;
         const double t14 = t13 + t1;
         const double t15 = 0.4 + t14;
-        t[11][i] = t15;
+        t[11 * t_row + i] = t15;
     }
 }
 
@@ -327,18 +447,31 @@ void wire_arm_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_
     double t[12][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef WIRE_ARM_APART
+    if ((layout == 2) && (q_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_T_tool + begin;
+            wire_arm_fk_tile(q + begin, 1, q_joint, to, base_T_tool_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[10 * base_T_tool_stride + i] = 0.0;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
     for (int i = 0; i < TILE; i++) {
         t[10][i] = 0.0;
     }
-    for (size_t start = 0; start < n; start += TILE) {
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        wire_arm_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        wire_arm_fk_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
@@ -471,8 +604,11 @@ void wire_arm_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_
     }
 }
 
-static inline void wire_arm_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+WIRE_ARM_INLINE void wire_arm_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
 {
+#ifdef WIRE_ARM_APART
+    WIRE_ARM_APART
+#endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
         const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
         double s1;
@@ -489,13 +625,13 @@ static inline void wire_arm_position_tile(const double *restrict q, ptrdiff_t q_
         const double t2 = c2 * 0.5;
         const double t3 = t0 + t2;
         const double t4 = c1 * t3;
-        t[0][i] = t4;
+        t[0 * t_row + i] = t4;
         const double t5 = s1 * t3;
-        t[1][i] = t5;
+        t[1 * t_row + i] = t5;
         const double t6 = s2 * 0.5;
         const double t7 = t1 + t6;
         const double t8 = 0.4 + t7;
-        t[2][i] = t8;
+        t[2 * t_row + i] = t8;
     }
 }
 
@@ -505,15 +641,25 @@ void wire_arm_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdif
     double t[3][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
-    if (n == 0) {
+    size_t begin = 0;
+#ifdef WIRE_ARM_APART
+    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_p_tool + begin;
+            wire_arm_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_3(q, q_pose, q_joint, n, q_copy);
-    for (size_t start = 0; start < n; start += TILE) {
+    tile_input q_tile = find_tile_3(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        wire_arm_position_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        wire_arm_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
             q_tile = find_tile_3(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
