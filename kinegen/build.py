@@ -48,7 +48,7 @@ from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
 from kinegen.verify.written import require_proven, require_written
 from kinegen.verify.wrong_unit import wrong_unit
-from kinegen.write import write_files
+from kinegen.write import refuse_link, write_files
 
 
 @dataclass(slots=True)
@@ -93,6 +93,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         KinegenError: If the file is bad, the compiler refuses, the proof fails or the folder cannot be written. The
             output folder is then as it was.
     """
+    refuse_link(options.output)
     clock = _Clock(path, report)
     kernels, plain = _programs(path, options, clock)
     robot, programs = kernels.robot, kernels.programs

@@ -78,8 +78,7 @@ def write_files(
     contents = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
     places = _places(contents)
     try:
-        if folder.is_symlink():
-            raise WriteError(f"{folder} is a symbolic link; name the folder that it leads to; nothing was written")
+        refuse_link(folder)
         with _made(folder), _locked(folder, patience) as alone, _made_below(folder, places):
             if alone:
                 recover(folder)
@@ -87,6 +86,19 @@ def write_files(
     except OSError as error:
         reason = error.strerror or str(error)
         raise WriteError(f"cannot write {folder}: {reason}; the earlier output is untouched") from error
+
+
+def refuse_link(folder: Path) -> None:
+    """Refuse a folder that is a symbolic link: what lies behind it may not be meant.
+
+    Args:
+        folder: A folder that is to be written, or one that holds such folders.
+
+    Raises:
+        WriteError: If it is a link.
+    """
+    if folder.is_symlink():
+        raise WriteError(f"{folder} is a symbolic link; name the folder that it leads to; nothing was written")
 
 
 def write_file(path: Path, content: str | bytes) -> None:

@@ -109,7 +109,7 @@ def _proof_lines(result: BuildResult) -> list[str]:
                 f"{worst.position_tolerance:.1e}",
                 f"{worst.rotation_error:.1e}",
                 f"{worst.rotation_tolerance:.1e}",
-                _percent(worst),
+                percentage(worst),
                 "holds" if all(comparison.holds for comparison in group) else "FAILS",
             )
         )
@@ -155,14 +155,15 @@ def _share(comparison: Comparison) -> float:
     return comparison.share
 
 
-def _percent(comparison: Comparison) -> str:
+def percentage(comparison: Comparison) -> str:
     """The share of its tolerance that a kernel uses."""
-    return f"{100 * comparison.share:.2g} %"
+    percent = 100 * comparison.share
+    return f"{percent:.0f} %" if percent >= 9.95 else f"{percent:.2g} %"
 
 
 def _proof_line(result: BuildResult) -> str:
     worst = max(result.proof.comparisons, key=_share)
     poses = sum(comparison.poses for comparison in result.proof.comparisons)
     held = good("holds") if result.proof.holds else bad("FAILS")
-    share = f"worst {_percent(worst)} of what is accepted, in {worst.target}"
+    share = f"worst {percentage(worst)} of what is accepted, in {worst.target}"
     return f"{_INDENT}{strong('proof')} {held} for {poses:,} poses; {share}"

@@ -15,8 +15,10 @@ import pytest
 
 from kinegen import build as building
 from kinegen.cli import main
+from kinegen.cli.report import percentage
 from kinegen.errors import CompileError, ProofError
 from kinegen.native.flags import Flags
+from kinegen.outputs import Quantity
 from kinegen.results import BuildOptions, BuildResult
 from kinegen.verify import proof, staging
 from kinegen.verify.comparison import Comparison, Proof
@@ -357,3 +359,20 @@ def test_compiled_kernels_are_proved_in_every_way(two: str, out: Path, capsys: p
         *(form.format(real) for real in ("double", "float") for form in beyond),
         "C double, 50 digits",
     ]
+
+
+def test_a_link_as_output_folder_is_refused(two: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "target").mkdir()
+    (tmp_path / "link").symlink_to("target")
+
+    assert main(["build", "--no-compile", two, "-o", str(tmp_path / "link")]) == 1
+
+    assert "link is a symbolic link; name the folder that it leads to; nothing was written" in capsys.readouterr().err
+    assert not any((tmp_path / "target").iterdir())
+
+
+@pytest.mark.parametrize(("share", "text"), [(0.0642, "6.4 %"), (0.0996, "10 %"), (0.944, "94 %"), (0.999, "100 %")])
+def test_shares_are_percentages(share: float, text: str) -> None:
+    comparison = Comparison("C double", Quantity.POSE, 1, share, 0.0, 1.0, 1.0, (0.0,), "tool")
+
+    assert percentage(comparison) == text
