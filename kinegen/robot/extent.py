@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 
 from kinegen.robot.expressions import Expression, evaluate, linear
 from kinegen.robot.floats import FLOATS
@@ -17,6 +18,7 @@ SMALLEST_REACH = 1e-6
 """Reach of a robot without any length, so that tolerances that scale with the reach never vanish."""
 
 
+@lru_cache(maxsize=32)
 def joint_box(robot: Robot) -> tuple[tuple[float, float], ...]:
     """The box of joint vectors over which kernels are compared.
 

@@ -119,6 +119,8 @@ def _same(kernel: Any, found: Floats, wanted: Floats) -> bool:
         return False
     if kernel.backend == "c":
         return np.ascontiguousarray(found).tobytes() == np.ascontiguousarray(wanted).tobytes()
+    if np.array_equal(found, wanted):
+        return True
     size = np.nanmax(np.abs(wanted), initial=1.0)
     close = np.isclose(found, wanted, rtol=0, atol=_LAST_DIGITS * np.finfo(wanted.dtype).eps * size, equal_nan=True)
     return bool(close.all())

@@ -27,6 +27,9 @@ TRIALS = 16
 _BLOCK = 2048
 """Configurations that are computed at a time, so that long programs take little memory."""
 
+_TOGETHER = 1 << 14
+"""Trials of few configurations are computed together, up to so many in all, as each operation has its price."""
+
 _SIGNS = 1 << 16
 _ARC_TANGENT = 4
 """Units by which the arc tangent is moved; the emitted ones are within three."""
@@ -52,28 +55,31 @@ def rounded_trials(
         them, then `TRIALS` times with other roundings.
     """
     generator = np.random.default_rng(seed)
-    for trial in range(1 + TRIALS):
-        signs = generator.choice((-1.0, 1.0), _SIGNS) if trial else None
-        run = _Run(program, parameters, real, signs)
-        yield np.concatenate([run.results(inputs[start : start + _BLOCK]) for start in range(0, len(inputs), _BLOCK)])
+    together = max(1, _TOGETHER // max(1, len(inputs)))
+    for first in range(0, 1 + TRIALS, together):
+        trials = range(first, min(first + together, 1 + TRIALS))
+        signs = [generator.choice((-1.0, 1.0), _SIGNS) if trial else np.zeros(_SIGNS) for trial in trials]
+        run = _Run(program, parameters, real, np.stack(signs))
+        blocks = [run.results(inputs[start : start + _BLOCK]) for start in range(0, len(inputs), _BLOCK)]
+        yield from np.concatenate(blocks, axis=1)
 
 
 class _Run:
-    """One evaluation; without signs, as float64 rounds."""
+    """Some evaluations at once; with signs of zero, as float64 rounds."""
 
     def __init__(
-        self, program: Program, parameters: Mapping[str, Fraction], real: NumberType, signs: FloatArray | None
+        self, program: Program, parameters: Mapping[str, Fraction], real: NumberType, signs: FloatArray
     ) -> None:
         self._program, self._parameters, self._real, self._signs = program, parameters, real, signs
         self._unit = float(real.unit)
         self._place = 0
         self._last_use = _last_uses(program)
-        self._constants: dict[Constant, float] = {}
+        self._constants: dict[Constant, Any] = {}
 
     def results(self, inputs: FloatArray) -> FloatArray:
-        """Results for some inputs, shape (N, outputs)."""
+        """Results for some inputs, shape (evaluations, N, outputs)."""
         known: dict[str, FloatArray] = {}
-        columns = list(inputs.T)
+        columns, shape = list(inputs.T), (len(self._signs), len(inputs))
         with np.errstate(all="ignore"):
             for place, statement in enumerate(self._program.statements):
                 operands = [self._operand(operand, columns, known) for operand in statement.operands]
@@ -81,7 +87,7 @@ class _Run:
                 for name in self._last_use.get(place, ()):
                     del known[name]
             outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
-        return np.stack([np.broadcast_to(output, len(inputs)) for output in outputs], axis=1)
+        return np.stack([np.broadcast_to(output, shape) for output in outputs], axis=-1)
 
     def _operand(self, operand: Operand, columns: Sequence[FloatArray], known: Mapping[str, FloatArray]) -> Any:
         match operand:
@@ -94,12 +100,12 @@ class _Run:
             case Constant():
                 return self._constant(operand)
 
-    def _constant(self, operand: Constant) -> float:
+    def _constant(self, operand: Constant) -> Any:
         """A constant; one that the type does not hold is a unit off, always to the same side in one evaluation."""
         if operand not in self._constants:
-            value = float(operand.value)
-            if self._signs is not None and self._real.nearest(operand.value) != operand.value:
-                value *= 1 + self._unit * float(self._signs[hash(operand.value) % _SIGNS])
+            value: Any = float(operand.value)
+            if self._real.nearest(operand.value) != operand.value:
+                value = value * (1 + self._unit * self._signs[:, hash(operand.value) % _SIGNS, None])
             self._constants[operand] = value
         return self._constants[operand]
 
@@ -107,11 +113,11 @@ class _Run:
         value = _OPERATIONS[statement.operator](*operands)
         if statement.operator in (Operator.SIN, Operator.COS):
             value = np.where(np.abs(operands[0]) <= self._real.angle_limit, value, np.nan)
-        if self._signs is None or statement.operator in _EXACT:
+        if statement.operator in _EXACT:
             return np.asarray(value)
         # The directions are a fixed random sequence, read from a place that moves on with every operation.
         self._place = (self._place + 7919) % (_SIGNS - count)
-        signs = self._signs[self._place : self._place + count]
+        signs = self._signs[:, self._place : self._place + count]
         if statement.operator in (Operator.SIN, Operator.COS):
             return np.asarray(value + max(self._real.sine_error, self._unit) * signs)
         unit = _ARC_TANGENT * self._unit if statement.operator is Operator.ATAN2 else self._unit

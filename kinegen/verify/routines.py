@@ -106,7 +106,10 @@ def _angles(real: str) -> Numbers:
 
 @cache
 def _exact_pair(real: str) -> tuple[tuple[Numbers, Numbers], ...]:
-    """Sines and cosines of `_angles`, each as a double and what is left of it."""
+    """Sines and cosines of `_angles`, each as a double and what is left of it, which is nothing beside a float."""
+    if real == "float":
+        angles = _angles(real).astype(np.float64)
+        return (np.sin(angles), np.zeros(len(angles))), (np.cos(angles), np.zeros(len(angles)))
     with mpmath.workprec(BITS):
         pairs = [mpmath.cos_sin(mpmath.mpf(float(angle))) for angle in _angles(real)]
         return tuple(_split([pair[place] for pair in pairs]) for place in (1, 0))
@@ -160,6 +163,9 @@ def _points(real: str) -> tuple[Numbers, Numbers]:
 
 @cache
 def _exact_angle(real: str) -> tuple[Numbers, Numbers]:
+    if real == "float":
+        y, x = (numbers.astype(np.float64) for numbers in _points(real))
+        return np.arctan2(y, x), np.zeros(len(x))
     with mpmath.workprec(BITS):
         points = zip(*_points(real), strict=True)
         return _split([mpmath.atan2(float(y), float(x)) if x or y else mpmath.mpf(0) for y, x in points])
