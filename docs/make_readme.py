@@ -16,7 +16,7 @@ A block of `sh` holds commands without output; they run too, but for those that 
     ```python
     ```
 
-The commands of a page run in order, in a folder of its own under build/pages/ with nothing in it but links to robots/,
+The commands of a page run in order, in a folder of its own under build/pages/ with nothing in it but copies of robots/,
 examples/ and docs/, with this environment's programs first on the path. Times, rates, rounding errors and where the
 largest of them was differ between machines and runs: a block that differs in nothing else counts as current and is left
 alone.
@@ -35,7 +35,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRATCH = ROOT / "build" / "pages"
-LINKED = ("robots", "examples", "docs")
+COPIED = ("robots", "examples", "docs")
 
 PAGES = tuple(
     ROOT / name
@@ -98,11 +98,11 @@ def main(arguments: list[str]) -> int:
 
 
 def fresh_folder(folder: Path) -> Path:
-    """An empty folder with links to what the pages read."""
+    """An empty folder with copies of what pages read; links would keep their targets out of a source distribution."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for name in LINKED:
-        (folder / name).symlink_to(ROOT / name)
+    for name in COPIED:
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
 

@@ -72,7 +72,7 @@ def test_the_commands_of_a_page_run_in_an_empty_folder_in_order(page: Path, tmp_
 
     after = make_readme.refreshed(before, folder)
 
-    assert {path.name for path in folder.iterdir()} == {*make_readme.LINKED, "build", ".cache"}
+    assert {path.name for path in folder.iterdir()} == {*make_readme.COPIED, "build", ".cache"}
     assert after == before
 
 
