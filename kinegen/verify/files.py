@@ -8,29 +8,38 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from kinegen.emit.accuracy import NUMBER_TYPES
+from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
-from kinegen.naming import prefix
+from kinegen.naming import prefix, vectors_file
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
 from kinegen.verify.known import quantity_frames
 from kinegen.verify.probe import TYPES, Probe, Spoilable, compile_probe
 from kinegen.verify.routines import require_routines
-from kinegen.verify.samples import input_samples, vector_samples
-from kinegen.verify.selftests import require_selftest
+from kinegen.verify.selftests import SPOILT_JOINTS, Deltas, require_selftest
+from kinegen.verify.spread import COARSE, FloatArray, coarse_spread
 from kinegen.verify.straight import require_straight
 from kinegen.verify.tables import DRIVEN, default_parameters, require_tables
-from kinegen.verify.tolerances import accepted_error
+from kinegen.verify.tolerances import program_of, shaped
+from kinegen.verify.vectors import vector_inputs
+from kinegen.verify.worst import worst_number
+
+Spreads = tuple[tuple[FloatArray, FloatArray], ...]
+
+OVER = 4
+"""A kernel is spoilt by so many times what rounding may do to a number."""
 
 SPOILT = 64
-"""Kernels are spoilt by so many accepted errors."""
+"""Integer kernels are spoilt by so many units."""
 
 
 def require_files(
@@ -57,14 +66,17 @@ def require_files(
     if package.backend != "c":
         return
     compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
-    size = max(_size(robot, package, quantity) for quantity in programs)
     kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
+    spreads = _spreads(robot, programs)
     for real in reals:
         probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)
         require_macros(robot, probe, macros)
         _require_defaults(robot, probe)
         require_routines(robot, probe)
-        require_selftest(robot, probe, programs, kernels, SPOILT * accepted_error(robot, real) * size)
+        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(programs, kernels, strict=True)]
+        text = (folder / vectors_file(robot.name, real)).read_text(encoding="utf-8")
+        explain = partial(worst_number, robot, package, text, programs, real)
+        require_selftest(robot, probe, programs, kernels, deltas, explain)
 
 
 def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 0) -> dict[str, int]:
@@ -120,13 +132,27 @@ def _spoilable(kernel: Any, quantity: Quantity) -> Spoilable:
     return Spoilable(quantity.function, sum(array.size > 0 for array in kernel.inputs), results)
 
 
-def _size(robot: Robot, package: ModuleType, quantity: Quantity) -> float:
-    """The largest number that a kernel returns for the test vectors, or the reach of the robot, or 1."""
-    kernel = getattr(package, quantity.function)
-    size = max(1.0, reach(robot, robot.frame_names))
-    if quantity.kind is not Kind.INVERSE:
-        inputs = input_samples(robot, kernel.inputs, vector_samples(robot))
-        found = kernel(*(inputs[array.name] for array in kernel.inputs))
-        for result in found if isinstance(found, tuple) else (found,):
-            size = max(size, float(np.nanmax(np.abs(result), initial=0.0)))
-    return size
+def _spreads(robot: Robot, quantities: Sequence[Quantity]) -> dict[Quantity, Spreads]:
+    """For each kernel and result the largest numbers at the test vectors, and how far units of floats move them."""
+    programs = [program_of(robot, quantity) for quantity in quantities if quantity.kind is not Kind.INVERSE]
+    inputs = vector_inputs(robot, programs)
+    found = {}
+    for program in programs:
+        plain, spread = coarse_spread(robot, program, inputs)
+        sizes = shaped(program, np.abs(plain).max(axis=0, keepdims=True))
+        found[program.quantity] = tuple(
+            zip(sizes, shaped(program, spread.max(axis=0, keepdims=True), 0.0), strict=True)
+        )
+    return found
+
+
+def _deltas(spoilt: Spoilable, spreads: Spreads | None, real: str) -> Deltas:
+    """By how much each number is spoilt: a few times what rounding may do to it; infinite where that is anything."""
+    if spreads is None:
+        return tuple((SPOILT_JOINTS,) * size for size in spoilt.results)
+    unit = 0.5 ** NUMBER_TYPES[Real(real)].precision
+    part = unit * 2.0**COARSE.precision
+    return tuple(
+        tuple(float(each) for each in (OVER * (spread * part + unit * np.maximum(1.0, size))).flat)
+        for size, spread in spreads
+    )

@@ -139,7 +139,8 @@ def _require_files(fixed: FixedKernels, files: Mapping[str, str], folder: Path) 
     ]
     probe = compile_probe(robot, folder, Q30, kernels, tuple(macros), find_compiler())
     require_macros(robot, probe, macros)
-    require_selftest(robot, probe, quantities, kernels, SPOILT)
+    deltas = [((float(SPOILT),) * size,) for size in sizes]
+    require_selftest(robot, probe, quantities, kernels, deltas)
 
 
 def compare_integers(fixed: FixedKernels, library: IntegerLibrary) -> tuple[Comparison, ...]:

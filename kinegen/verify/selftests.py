@@ -9,13 +9,17 @@ from __future__ import annotations
 
 import ctypes
 import itertools
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 
 from kinegen.errors import ProofError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.probe import TYPES, Probe, Spoilable
 from kinegen.verify.subjects import subjects
+
+Deltas = tuple[tuple[float, ...], ...]
+"""Sizes for each number of each result, the last rows of matrices counted."""
 
 FEWEST = 4
 """Calls that a self-test makes of a kernel at least, where it is called at all."""
@@ -28,7 +32,12 @@ EACH = 600
 
 
 def require_selftest(
-    robot: Robot, probe: Probe, quantities: Sequence[Quantity], kernels: Sequence[Spoilable], spoil: float
+    robot: Robot,
+    probe: Probe,
+    quantities: Sequence[Quantity],
+    kernels: Sequence[Spoilable],
+    deltas: Sequence[Deltas],
+    explain: Callable[[], str] = str,
 ) -> None:
     """Run a self-test with right kernels, and with wrong ones.
 
@@ -37,7 +46,8 @@ def require_selftest(
         probe: Its compiled files.
         quantities: What the kernels compute.
         kernels: The kernels.
-        spoil: By how much results are spoilt.
+        deltas: For each kernel by how much its numbers are spoilt; infinitely where rounding may do anything to one.
+        explain: What to say of a self-test that fails.
 
     Raises:
         ProofError: If it fails, leaves out a kernel, or passes with a spoilt one.
@@ -45,14 +55,16 @@ def require_selftest(
     name = f"{robot.name}: the self-test of the {probe.real} kernels"
     calls = _run(probe, len(kernels))
     if calls is None:
-        raise ProofError(f"{name} fails; nothing was written")
+        raise ProofError(f"{name} fails{explain()}; nothing was written")
     for place, (quantity, kernel) in enumerate(zip(quantities, kernels, strict=True)):
-        if not sum(kernel.results) or (calls[place] == 0 and _may_be_left_out(quantity)):
+        certain = all(map(math.isfinite, itertools.chain(*deltas[place])))
+        if not sum(kernel.results) or (calls[place] == 0 and (not certain or _may_be_left_out(quantity))):
             continue
         if calls[place] < (FEWEST if robot.dof else 1):
             raise ProofError(f"{name} calls {quantity} {calls[place]} times; nothing was written")
         for result, number, call in _spoils(kernel, quantity, calls[place]):
-            size = spoil if quantity.kind is not Kind.INVERSE else SPOILT_JOINTS
+            sizes = deltas[place][result]
+            size = max(sizes) if number < 0 else sizes[number]
             signs = (1, -1) if call < 0 else (1,)
             spoilt = [(place, result, number, call)] * len(signs)
             if any(
@@ -73,19 +85,11 @@ def _spoils(kernel: Spoilable, quantity: Quantity, calls: int) -> Iterator[tuple
         yield 0, -1, -1  # which of its branches is compared is not known here
         return
     for result, size in enumerate(kernel.results):
-        # The last row of a matrix holds constants, which vectors leave out.
-        numbers = [number for number in range(size) if not (_is_pose(quantity, result) and number % 16 > 11)]
-        yield from ((result, number, -1) for number in numbers)
-        if len(numbers) * calls <= EACH:
-            yield from ((result, number, call) for number, call in itertools.product(numbers, range(calls)))
-        else:
+        yield from ((result, number, -1) for number in range(size))
+        if size * calls <= EACH:
+            yield from ((result, number, call) for number, call in itertools.product(range(size), range(calls)))
+        elif size:
             yield from ((result, -1, call) for call in range(calls))
-
-
-def _is_pose(quantity: Quantity, result: int) -> bool:
-    """Whether a result of a quantity is poses."""
-    first = quantity.is_pose or quantity.kind in (Kind.FK_JACOBIAN, Kind.INVERSE_POSE, Kind.FK_ACTUATORS)
-    return first and result == 0
 
 
 def _run(

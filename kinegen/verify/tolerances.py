@@ -23,22 +23,17 @@ from kinegen.emit.reals import Real
 from kinegen.ir.bounds import NumberType, Ranges, has_rules
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program
-from kinegen.outputs import Array, Quantity
+from kinegen.outputs import Quantity
 from kinegen.reference import WIDE_UNIT
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.expectation import Expectation, Limits
-from kinegen.verify.rounding import TRIALS, rounded_trials
-from kinegen.verify.samples import SEED
+from kinegen.verify.rounding import TRIALS
 from kinegen.verify.splits import Split
+from kinegen.verify.spread import SPREADS, apart, parameters_of, trials_at
 
 FloatArray = NDArray[np.float64]
-
-SPREADS = 8
-"""So many times the root mean square of what `rounding` finds is accepted. Real errors have at most 1/sqrt(3) of it
-each, so that this is nearly fourteen standard deviations; fewer would do, were the root mean square known better than
-from sixteen trials."""
 
 SHARP = 64
 """Proven bounds below so many units of rounding are taken as they are, without a look at the spread."""
@@ -139,7 +134,7 @@ def _proven(expectation: Expectation, program: Program, real: NumberType) -> Lim
     ranges = _ranges(robot, program)
     if ranges is None or not has_rules(program) or expectation.is_read:
         return None
-    entries = bound_over(program, Ranges(ranges, tuple(_parameters(robot, program).values())), real).entries
+    entries = bound_over(program, Ranges(ranges, tuple(parameters_of(robot, program).values())), real).entries
     if not all(map(math.isfinite, entries)):
         return None
     results = shaped(program, np.array([entries]), last_row=0.0)
@@ -171,13 +166,15 @@ def _around(size: Fraction) -> tuple[Fraction, Fraction]:
 
 def _spread(expectation: Expectation, program: Program, real: NumberType) -> Limits:
     """`SPREADS` times the root mean square, at each input or in the middle of all inputs, where that is more."""
-    trials = (_splits(expectation, shaped(program, outputs)) for outputs in _trials(expectation, program, real))
-    plain = next(trials)
+    known = expectation.known
+    trials = trials_at(known.robot, program, known.inputs, known.count, real)
+    found = (_splits(expectation, shaped(program, outputs)) for outputs in trials)
+    plain = next(found)
     squares = [[[np.zeros(part.shape) for part in split] for split in frames] for frames in plain]
-    for other in trials:
+    for other in found:
         for (result, column), split in _each(plain):
             for part, (one, two) in enumerate(zip(split, other[result][column], strict=True)):
-                squares[result][column][part] += _difference(one, two) ** 2
+                squares[result][column][part] += apart(one, two) ** 2
     return tuple(
         tuple(
             (_limit(lengths, split[0]), _limit(numbers, split[1]))
@@ -190,31 +187,6 @@ def _spread(expectation: Expectation, program: Program, real: NumberType) -> Lim
 def _limit(squares: FloatArray, plain: Any) -> FloatArray:
     """What is accepted after all trials; anything where there is no number."""
     return np.where(np.isnan(plain.astype(np.float64)), np.inf, SPREADS * _at_least_usual(np.sqrt(squares / TRIALS)))
-
-
-def _trials(expectation: Expectation, program: Program, real: NumberType) -> Iterator[FloatArray]:
-    known = expectation.known
-    columns = [
-        _upper(known.inputs[array.name], array).astype(np.float64).reshape(known.count, -1)
-        for array in program.signature.inputs
-    ]
-    inputs = np.concatenate([*columns, np.zeros((known.count, 0))], axis=1)
-    return rounded_trials(program, inputs, _parameters(known.robot, program), real, SEED)
-
-
-def _parameters(robot: Robot, program: Program) -> dict[str, Fraction]:
-    """The values of those runtime parameters that a program reads, in its order."""
-    names = (parameter.name for parameter in robot.runtime_parameters)
-    values = dict(zip(names, runtime_defaults(robot), strict=True))
-    return {name: values[name] for name in program.parameters}
-
-
-def _difference(one: Any, two: Any) -> FloatArray:
-    """How far two results are apart; infinitely, where one alone is a number."""
-    with np.errstate(invalid="ignore"):
-        apart = np.abs((one - two).astype(np.float64))
-    same = (one == two) | (np.isnan(one.astype(np.float64)) & np.isnan(two.astype(np.float64)))
-    return np.where(same, 0.0, np.where(np.isnan(apart), np.inf, apart))
 
 
 def _at_least_usual(spread: FloatArray) -> FloatArray:
@@ -240,11 +212,6 @@ def shaped(program: Program, outputs: FloatArray, last_row: float = 1.0) -> tupl
             block = np.concatenate([upper, last], axis=2)
         found.append(block.reshape(len(block), *array.shape))
     return tuple(found)
-
-
-def _upper(values: Any, array: Array) -> Any:
-    """Matrices without their last rows."""
-    return values[..., :3, :] if array.is_pose else values
 
 
 def _splits(expectation: Expectation, results: tuple[FloatArray, ...]) -> Limits:

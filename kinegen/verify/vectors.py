@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from decimal import ROUND_CEILING, Context
 from fractions import Fraction
 from operator import add, mul, neg, sub, truediv
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from kinegen.emit.accuracy import NUMBER_TYPES
 from kinegen.emit.c.expected import Expected, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
@@ -22,9 +24,9 @@ from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
 from kinegen.verify.samples import FloatArray, input_samples, vector_samples
+from kinegen.verify.spread import COARSE, coarse_spread
 from kinegen.verify.subjects import subjects
 from kinegen.verify.targets import inverse_targets
-from kinegen.verify.tolerances import accepted_error
 
 Row = tuple[Fraction, ...]
 
@@ -37,7 +39,11 @@ LARGE, FEW = 128, 4
 CANDIDATES, SAFE = 96, 0.3
 """Joint vectors among which those are chosen that lie at least so far from every jump (see `Subject.margin`)."""
 
-_DRIVEN = (Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
+FAR = 16
+"""Readings at which rounding moves a number by so many times more than it usually does are put elsewhere."""
+
+_DRIVEN = ("actuators", "joints")
+_TWO_DIGITS = Context(prec=2, rounding=ROUND_CEILING)
 _RATES = ("qd", "qdd")
 _NEGLIGIBLE = 1e-40
 _EXACT: Mapping[Operator, Callable[..., Fraction]] = {
@@ -56,28 +62,69 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         kernels: The robot and its programs.
 
     Returns:
-        Inputs, results and tolerances. A kernel whose numbers jump at every pose, by what rounding leaves of a zero,
-        has no vectors. The inverse, which gives several results for one pose, has targets instead.
+        Inputs, results and how far rounding moves them. A kernel whose numbers jump at every pose, by what rounding
+        leaves of a zero, has no vectors. The inverse, which gives several results for one pose, has targets instead.
     """
     robot = kernels.robot
     programs = tuple(program for program in kernels.programs if program.quantity.kind is not Kind.INVERSE)
-    points = _safe_samples(robot, programs)
-    given = {array.name: array for program in programs for array in program.signature.inputs}
-    given.setdefault("q", Array("q", (robot.dof,)))
-    samples = input_samples(robot, tuple(given.values()), points)
-    values = {name: rounded(value * _speeds(robot, name)) for name, value in samples.items()}
+    given = given_arrays(robot, programs)
+    values = vector_inputs(robot, programs)
     known = Known(robot, values, exact=True)
-    safe = [program for program in programs if _is_safe(known, program)]
+    spreads = {program.quantity: coarse_spread(robot, program, values)[1] for program in programs}
+    safe = [
+        program for program in programs if _is_safe(known, program) and np.isfinite(spreads[program.quantity]).all()
+    ]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
-    expected = {program.quantity: vector_results(known, program.signature) for program in safe}
+    expected = {
+        program.quantity: vector_results(known, program.signature, spreads[program.quantity]) for program in safe
+    }
     return Vectors(
         inputs=inputs,
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
-        tolerances={real: Fraction(accepted_error(robot, real)) for real in Real},
         targets=_targets(robot) if kernels.numeric_inverse or len(programs) < len(kernels.programs) else (),
     )
+
+
+def given_arrays(robot: Robot, programs: Sequence[Program]) -> dict[str, Array]:
+    """The inputs of some programs by name, joint vectors among them."""
+    given = {array.name: array for program in programs for array in program.signature.inputs}
+    return {"q": Array("q", (robot.dof,))} | given if "q" not in given else given
+
+
+def vector_inputs(robot: Robot, programs: Sequence[Program]) -> dict[str, FloatArray]:
+    """The inputs of the test vectors.
+
+    Args:
+        robot: The robot.
+        programs: The programs of its kernels, but for the inverse.
+
+    Returns:
+        Arrays of N inputs by name; floats hold every entry exactly.
+    """
+    given = given_arrays(robot, programs)
+    samples = input_samples(robot, tuple(given.values()), _safe_samples(robot, programs))
+    values = {name: rounded(value * _speeds(robot, name)) for name, value in samples.items()}
+    for name in _DRIVEN:
+        readers = [program for program in programs if [array.name for array in program.signature.inputs] == [name]]
+        if readers:
+            values[name] = _firm(robot, readers, given[name], values[name])
+    return values
+
+
+def _firm(robot: Robot, readers: Sequence[Program], array: Array, usual: FloatArray) -> FloatArray:
+    """Readings, or joints of them, away from dead centres: others in the place of those with a wide spread."""
+    more = input_samples(robot, (array,), np.zeros((CANDIDATES, robot.dof)))[array.name]
+    candidates = np.concatenate([usual, rounded(more)])
+    wide = np.zeros(len(candidates), dtype=bool)
+    for program in readers:
+        inputs = {"q": candidates, array.name: candidates}
+        spread = coarse_spread(robot, program, inputs)[1].max(axis=1, initial=0.0)
+        usually = np.median(spread)
+        wide |= ~np.isfinite(spread) | (np.isfinite(usually) & (spread > FAR * usually))
+    others = iter(candidates[len(usual) :][~wide[len(usual) :]])
+    return np.stack([next(others, row) if is_wide else row for row, is_wide in zip(usual, wide, strict=False)])
 
 
 def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
@@ -97,12 +144,13 @@ def rounded(values: FloatArray) -> FloatArray:
     return values.astype(np.float32).astype(np.float64)
 
 
-def vector_results(known: Known, signature: Signature) -> tuple[Expected, ...]:
+def vector_results(known: Known, signature: Signature, spread: FloatArray) -> tuple[Expected, ...]:
     """What a kernel must return.
 
     Args:
         known: The reference at the inputs, in 50 digits.
         signature: The kernel.
+        spread: How far units of floats move its numbers at these inputs, shape (N, outputs).
 
     Returns:
         For each result, rows of numbers: of each frame in turn all entries, of a 4x4 matrix the upper three rows. Large
@@ -110,29 +158,26 @@ def vector_results(known: Known, signature: Signature) -> tuple[Expected, ...]:
     """
     frames = quantity_frames(known.robot, signature.quantity)
     is_place = signature.quantity.kind in PLACES
-    expected = []
+    expected: list[Expected] = []
+    start = 0
     with mpmath.workdps(DIGITS):
         for subject, array in zip(subjects(signature.quantity), signature.results, strict=True):
             blocks = [_flat(_upper(array, subject.returned(known, frame))) for frame in frames]
             count = known.count if is_place or array.size <= LARGE else min(FEW, known.count)
             rows = _rows(np.concatenate(blocks, axis=1)[:count])
-            expected.append(Expected(rows, subject.turns, _scales(known.robot, signature.quantity.kind, rows)))
+            columns = spread[:count, start : start + array.size].max(axis=0)
+            expected.append(Expected(rows, subject.turns, {real: _spreads(columns, real) for real in Real}))
+            start += array.size
     return tuple(expected)
 
 
-def _scales(robot: Robot, kind: Kind, rows: tuple[Row, ...]) -> Row:
-    """What the errors of entries are relative to.
-
-    Each entry is measured by its own largest number, or by 1 if that is more. Lengths and angles are not told apart
-    where actuators are involved, so all entries there are measured by the largest number of any, and by the reach.
-    """
-    largest = tuple(max(Fraction(1), *map(abs, column)) for column in zip(*rows, strict=True))
-    if kind not in _DRIVEN:
-        return largest
-    return (max(Fraction(reach(robot, robot.frame_names)), *largest),) * len(largest)
+def _spreads(columns: FloatArray, real: Real) -> Row:
+    """The spread in units of a number type, rounded up to two digits: the same on all machines."""
+    part = Fraction(2**COARSE.precision, 2 ** NUMBER_TYPES[real].precision)
+    return tuple(Fraction(_TWO_DIGITS.create_decimal(float(entry))) * part for entry in columns)
 
 
-def _safe_samples(robot: Robot, programs: tuple[Program, ...]) -> FloatArray:
+def _safe_samples(robot: Robot, programs: Sequence[Program]) -> FloatArray:
     """Joint vectors at which no number jumps: all of the usual ones where none ever does."""
     usual = vector_samples(robot)
     delicate = [program.quantity for program in programs if _has_jumps(program)]

@@ -88,8 +88,10 @@ def _switched(line: str, places: list[str]) -> str:
         places.append(line.strip())
         return len(places) - 1
 
-    if not re.match(r"    (const )?\w+ ?.*=|    KINEGEN_\w+\(", line) or re.search(r"\[1[2345]\] = ", line):
-        return line  # no statement, or the constant last row of a matrix
+    if not re.match(r"    (const )?\w+ ?.*=|    KINEGEN_\w+\(", line):
+        return line  # no statement
+    if re.search(r"\[1[234]\] = 0", line):  # of the constant last row of a matrix
+        return line.replace(";", f" + SHIFT({number()});")
     line = re.sub(r"(?<![\w.])\d+\.\d+(e[+-]\d+)?F?", lambda m: _constant(m.group(), number), line)
     line = re.sub(r" ([+-]) ", lambda m: f" {m.group(1)} SIGN({number()}) * ", line)
     line = re.sub(r"= -(?=[a-z])", lambda _: f"= -SIGN({number()}) * ", line)

@@ -1,7 +1,9 @@
-"""How far each entry of a result may be from its test vector: what is proven of it, or what its kind allows.
+"""How far each entry of a result may be from its test vector: what is proven of it, or what rounding does there.
 
 A length of a robot in millimetres is a large number and an entry of a rotation is not, so every entry is measured by
-its own error. Where a bound is proven, the difference of a right kernel cannot exceed it.
+its own error. The smaller of two answers counts. The proven bound holds in the box of all vectors; it has no rules for
+roots and arc tangents, and gets wide for derivatives of long chains. The spread of rounding at the vectors themselves,
+which the caller computes, follows the condition of each entry.
 """
 
 from __future__ import annotations
@@ -35,15 +37,18 @@ def accepted_differences(kernels: Kernels, program: Program, vectors: Vectors, r
     """
     expected = [each for each in vectors.expected[program.quantity] if each.rows[0]]
     proven = _proven(kernels, program, vectors, real)
-    if not all(map(math.isfinite, proven)):
-        return tuple(tuple(vectors.tolerances[real] * scale for scale in each.scales) for each in expected)
     rows, start = [], 0
     for each in expected:
         size = len(each.rows[0])
         errors = proven[start : start + size]
-        rows.append(tuple(SLACK * Fraction(e) + r for e, r in zip(errors, _roundings(each, real), strict=True)))
+        limits = zip(errors, each.spreads[real], _roundings(each, real), strict=True)
+        rows.append(tuple(_smaller(error, spread) + rounding for error, spread, rounding in limits))
         start += size
     return tuple(rows)
+
+
+def _smaller(proven: float, spread: Fraction) -> Fraction:
+    return min(SLACK * Fraction(proven), spread) if math.isfinite(proven) else spread
 
 
 def accepted_pair_error(real: Real) -> Fraction:
@@ -54,7 +59,7 @@ def accepted_pair_error(real: Real) -> Fraction:
 def _proven(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> tuple[float, ...]:
     """The proven errors for the box of all test vectors; infinite where there are no rules."""
     if not has_rules(program):
-        return (math.inf,)
+        return (math.inf,) * sum(array.size for array in program.signature.results)
     columns = [
         column
         for array in program.signature.inputs

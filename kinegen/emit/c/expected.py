@@ -20,12 +20,12 @@ class Expected:
         rows: For each set of inputs, or for the first of them, the entries of the output array in order, without the
             constant last row of a matrix.
         turns: Whether they are angles, of which whole turns do not matter.
-        scales: For each entry, what its difference is relative to where no error is proven, in the unit of the entry.
+        spreads: For each number type, how far rounding may move each entry at these inputs, in the unit of the entry.
     """
 
     rows: tuple[Row, ...]
     turns: bool
-    scales: Row
+    spreads: Mapping[Real, Row]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,10 @@ class Vectors:
         inputs: Rows of each input by name, joint vectors `q` among them; entries that floats hold exactly.
         expected: For each quantity its results in order.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
-        tolerances: Largest accepted difference where no error is proven, relative to the scale of an entry, for each
-            number type.
         targets: Poses that an inverse has to solve, each with the joint vector that it comes from; none without one.
     """
 
     inputs: Mapping[str, tuple[Row, ...]]
     expected: Mapping[Quantity, tuple[Expected, ...]]
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
-    tolerances: Mapping[Real, Fraction]
     targets: tuple[tuple[Row, Row], ...]

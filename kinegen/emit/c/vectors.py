@@ -110,6 +110,7 @@ class VectorContext:
     inverse: InverseCheck | None
     left_out: tuple[str, ...]
     has_turns: bool
+    has_matrices: bool
     pairs: tuple[str, ...]
     pairs_macro: str
     sincos: Sincos
@@ -157,6 +158,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         left_out=tuple(function(robot.name, quantity.function, real) for quantity in left_out),
         has_turns=inverse is not None
         or any(result.turns for program in checked for result in vectors.expected[program.quantity]),
+        has_matrices=any(array.is_pose for program in checked for array in program.signature.results),
         pairs=tuple(_pair(*pair, real) for pair in vectors.pairs),
         pairs_macro=f"{stem.upper()}_PAIRS",
         sincos=SINCOS[real],

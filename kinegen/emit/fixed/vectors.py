@@ -11,7 +11,7 @@ from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.kernels import provenance
-from kinegen.ir.fixed.program import FixedProgram
+from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, selftest_file, vectors_file
 from kinegen.outputs import Quantity
 
@@ -68,6 +68,7 @@ class FixedVectorContext:
     inputs: tuple[str, ...]
     checks: tuple[FixedCheck, ...]
     tolerance: int
+    one: int
 
 
 def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, str]:
@@ -99,6 +100,7 @@ def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, 
         inputs=tuple(_row(entries) for entries in vectors.inputs),
         checks=tuple(_check(fixed, program, vectors) for program in fixed.programs),
         tolerance=tolerance(fixed),
+        one=2**NUMBER_BITS,
     )
     return {
         name: environment().get_template(template).render(k=context)
