@@ -131,10 +131,11 @@ def accepted_error(robot: Robot, real: str) -> float:
 
 def _pose_spread(robot: Robot, program: Program, real: NumberType) -> float:
     """The spread of the entries of poses, as a share of the reach where they are lengths: for roots of parameters."""
-    points = np.random.default_rng(SEED).uniform(*np.array(joint_box(robot)).T, (_POSES, robot.dof))
+    low, high = np.array(joint_box(robot)).reshape(-1, 2).T
+    points = np.random.default_rng(SEED).uniform(low, high, (_POSES, robot.dof))
     expectation = expect(Known(robot, {"q": points}), Quantity.POSE)
     splits = [split for frames in _spread(expectation, program, real) for split in frames]
-    return max(max(lengths.max() / reach(robot), numbers.max()) for lengths, numbers in splits)
+    return max(float(max(lengths.max() / reach(robot), numbers.max())) for lengths, numbers in splits)
 
 
 _POSES = 64
