@@ -144,7 +144,7 @@ def _robot_defect(name: str) -> str:
     if name in C_HEADERS:
         return "would hide the C header of that name"
     if name in GLUE_NAMES or name.startswith("kinegen_"):
-        return "is a file that kinegen compiles beside those of the robot"
+        return "is the name of a file that kinegen compiles beside those of the robot"
     if name.lower() in DEVICE_NAMES:
         return "is a device name on Windows, so no folder can have it"
     return ""
@@ -153,7 +153,7 @@ def _robot_defect(name: str) -> str:
 def _member_defect(name: str) -> str:
     """Members of a struct in C have no prefix, so that a macro of this name would replace them in the header."""
     if name in BOARD_MACROS or _BOARD_MACRO.fullmatch(name):
-        return "is a macro of Arduino, ESP-IDF, AVR or STM32, which would take its place in the header"
+        return "is a macro of Arduino, ESP-IDF, AVR or STM32; the macro would replace it in the header"
     return ""
 
 

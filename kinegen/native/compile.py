@@ -145,7 +145,7 @@ def _build(
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
     if not (folder / EXTENSION).is_file():
         raise CompileError(
-            f"{compiler.command[0]} reported success and wrote no {EXTENSION}; CC has to name a C compiler"
+            f"'{compiler.command[0]}' reported success and wrote no {EXTENSION}; CC has to name a C compiler"
         )
     return sealed((folder / EXTENSION).read_bytes())
 

@@ -15,10 +15,11 @@ from kinegen.errors import KinegenError
 from kinegen.naming import check_name
 from kinegen.robot import keys
 from kinegen.robot.digest import digest
-from kinegen.robot.expressions import Expression, Name, arcs, linear, names, substitute
+from kinegen.robot.expressions import Expression, ExpressionError, Name, arcs, linear, names, substitute
 from kinegen.robot.fields import quote
-from kinegen.robot.model import Dimension, Parameter, Robot, Row
+from kinegen.robot.model import BASE, TOOL, Dimension, Parameter, Robot, Row
 from kinegen.robot.units import join
+from kinegen.robot.values import check_roots, checked_value
 
 DH = "dh"
 """Stands for every entry of every row."""
@@ -82,6 +83,7 @@ def calibrated(robot: Robot, wrt: tuple[str, ...]) -> Robot:
     _check_made_of(robot, wanted)
     left = replace(robot, rows=tuple(_with_names(row, replaced) for row in robot.rows))
     _check_arcs(left, wanted)
+    _check_roots(left, wanted)
     used = _used(left)
     kept = tuple(_chosen(parameter, wanted) for parameter in robot.parameters if parameter.name in used)
     _check_kept(kept, [name for name in wrt if name in own], replaced)
@@ -191,6 +193,22 @@ def _check_arcs(robot: Robot, wanted: frozenset[str]) -> None:
     for expression in _expressions((robot.rows, robot.base, robot.tool, robot.frames)):
         for name in (name for arc in arcs(expression) for name in names(arc) if name in wanted):
             raise KinegenError(f"parameter '{name}' stands in asin, acos, atan or atan2; make the angle a parameter")
+
+
+def _check_roots(robot: Robot, wanted: frozenset[str]) -> None:
+    """Refuse a parameter in a square root that is zero, where no derivative exists."""
+    values = {parameter.name: checked_value(parameter.value, {}) for parameter in robot.parameters}
+    places = [
+        *((f"joint {row.number} ({row.name})", row.line, row) for row in robot.rows),
+        *((f"frame '{frame.name}'", frame.line, frame) for frame in robot.frames),
+        *((name, None, steps) for name, steps in ((BASE, robot.base), (TOOL, robot.tool))),
+    ]
+    for where, line, place in places:
+        for expression in _expressions(place):
+            try:
+                check_roots(expression, values, wanted)
+            except ExpressionError as error:
+                raise KinegenError(f"{where}: {error}", line=line) from None
 
 
 def _check_kept(kept: tuple[Parameter, ...], named: list[str], replaced: tuple[Entry, ...]) -> None:

@@ -12,7 +12,7 @@ from kinegen.robot.model import Dimension, Frame, JointType, JointVariable, Para
 from kinegen.robot.motion import MOVING
 from kinegen.robot.slots import OWN, RawFrame, RawRow, RawStep, Slot
 from kinegen.robot.units import join, split
-from kinegen.robot.values import checked_value, is_zero
+from kinegen.robot.values import check_roots, checked_value, is_zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,9 @@ class Converter:
                     continue
                 if word not in factors or is_zero(checked_value(factors[word], self.values)):
                     fail(f"'{word}' is multiplied by zero")
-        return join({joint if name == OWN and joint else name: factor for name, factor in factors.items()}, offset)
+            found = join({joint if name == OWN and joint else name: factor for name, factor in factors.items()}, offset)
+            check_roots(found, self.values, [name for name, known in self.parameters.items() if known.runtime])
+        return found
 
     def _check_arcs(self, expression: Expression) -> None:
         """Refuse a runtime parameter in an arc: kernels get such angles as constants."""

@@ -48,6 +48,21 @@ def arcs(expression: Expression) -> tuple[Expression, ...]:
             return ()
 
 
+def roots(expression: Expression) -> tuple[Expression, ...]:
+    """What stands under each square root, those within others too."""
+    match expression:
+        case Call("sqrt", inner):
+            return (inner, *roots(inner))
+        case Sum(parts) | Product(parts):
+            return tuple(root for part in parts for root in roots(part))
+        case Power(inner, _) | Call(_, inner):
+            return roots(inner)
+        case Atan2(y, x):
+            return (*roots(y), *roots(x))
+        case _:
+            return ()
+
+
 def without_arcs(expression: Expression) -> tuple[Expression, dict[str, Expression]]:
     """Put names in place of the outermost arcs.
 

@@ -5,11 +5,11 @@ Nothing computed here goes into the frames of a robot; the exact expressions do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from decimal import Context, Decimal, DecimalException, localcontext
 from fractions import Fraction
 
-from kinegen.robot.expressions import Arithmetic, Expression, ExpressionError, evaluate
+from kinegen.robot.expressions import Arithmetic, Expression, ExpressionError, evaluate, names, roots
 
 MAX_VALUE = Decimal("1e12")
 """Beyond this a length or angle is a slip of the pen, and single precision begins to overflow in products."""
@@ -96,6 +96,26 @@ def checked_value(expression: Expression, values: Mapping[str, Decimal]) -> Deci
     if huge:
         raise ExpressionError(f"the value {value:.3g} is too large (at most {MAX_VALUE:.0e})")
     return value
+
+
+def check_roots(expression: Expression, values: Mapping[str, Decimal], varied: Collection[str]) -> None:
+    """See that no square root with a varied parameter is zero, where it has no derivative.
+
+    Args:
+        expression: Any expression.
+        values: A value for each parameter.
+        varied: The parameters that are set at run time.
+
+    Raises:
+        ExpressionError: If there is such a root.
+    """
+    for root in roots(expression):
+        inside = [name for name in names(root) if name in varied]
+        if inside and is_zero(checked_value(root, values)):
+            raise ExpressionError(
+                f"'{inside[0]}' is set at run time and stands in a square root that is zero by the values of the file, "
+                "where it has no derivative; give the parameter another value, or make the root the parameter"
+            )
 
 
 def is_zero(value: Decimal) -> bool:

@@ -28,8 +28,10 @@ from kinegen.reference import WIDE_UNIT
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.derive import derive
-from kinegen.verify.expectation import Expectation, Limits
+from kinegen.verify.expectation import Expectation, Limits, expect
+from kinegen.verify.known import Known
 from kinegen.verify.rounding import TRIALS
+from kinegen.verify.samples import SEED
 from kinegen.verify.splits import Split
 from kinegen.verify.spread import SPREADS, apart, parameters_of, trials_at
 
@@ -116,10 +118,24 @@ def accepted_error(robot: Robot, real: str) -> float:
         For entries of a rotation; for positions relative to the reach. Not less than `LEAST` units of rounding.
     """
     program = program_of(robot, Quantity.POSE)
+    if not has_rules(program):
+        return max(LEAST * float(NUMBER_TYPES[Real(real)].unit), _pose_spread(robot, program, NUMBER_TYPES[Real(real)]))
     found = bound_over(program, Ranges(fraction_box(robot), runtime_defaults(robot)), NUMBER_TYPES[Real(real)])
     shares = [found.rotation or 0.0, *(error / reach(robot) for error in found.position)] if found.frames else []
     return max([LEAST * float(NUMBER_TYPES[Real(real)].unit), *shares])
 
+
+def _pose_spread(robot: Robot, program: Program, real: NumberType) -> float:
+    """The spread of the entries of poses, as a share of the reach where they are lengths: for roots of parameters."""
+    low, high = np.array(joint_box(robot)).reshape(-1, 2).T
+    points = np.random.default_rng(SEED).uniform(low, high, (_POSES, robot.dof))
+    expectation = expect(Known(robot, {"q": points}), Quantity.POSE)
+    splits = [split for frames in _spread(expectation, program, real) for split in frames]
+    return max(float(max(lengths.max() / reach(robot), numbers.max())) for lengths, numbers in splits)
+
+
+_POSES = 64
+"""Joint vectors at which the spread of poses is looked at."""
 
 LEAST = 34
 """Units of rounding that are accepted of any arm where its own bound is not looked at."""

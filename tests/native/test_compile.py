@@ -168,7 +168,7 @@ def test_a_compiler_named_wrongly_is_named(tmp_path: Path, monkeypatch: pytest.M
     ("text", "words"),
     [
         ('"gcc', "CC is not a command: no closing quotation in '\"gcc'"),
-        ("true", "true reported success and wrote no _native.abi3.so; CC has to name a C compiler"),
+        ("true", "'true' reported success and wrote no _native.abi3.so; CC has to name a C compiler"),
     ],
 )
 def test_a_compiler_that_is_none_is_named(

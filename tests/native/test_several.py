@@ -280,7 +280,7 @@ IN_REFUSED: dict[str, tuple[str, tuple[Any, ...], type[Exception], str]] = {
         "moving",
         (Q, ["a", "b", "c"]),
         TypeError,
-        "moving: qd has entries of type <U1, expected plain real",
+        "moving: qd has strings, expected plain real",
     ),
     "vector for a pose": ("inverse_pose", (np.ones(12),), ValueError, "a_T_b has shape (12,), expected (..., 4, 4)"),
     "3x4 for a pose": (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mpmath
 import numpy as np
 import pytest
@@ -10,11 +12,13 @@ from hypothesis import strategies as st
 
 from kinegen import reference
 from kinegen.errors import KinegenError
+from kinegen.outputs import parse_quantity
 from kinegen.robot.calibrated import DH, calibrated
 from kinegen.robot.expressions import number
 from kinegen.robot.keys import ROW_ENTRIES
 from kinegen.robot.load import loads
 from kinegen.robot.model import Dimension, JointType, Robot
+from tests.builds.workshop import make, write_robot
 from tests.chains import robots
 
 ARM = """
@@ -167,3 +171,25 @@ def test_names_that_cannot_be_are_refused_with_those_that_can(text: str, wrt: tu
         calibrated(loads(text, "arm.yaml"), wrt)
 
     assert message in caught.value.message
+
+
+@pytest.mark.parametrize(
+    ("value", "entries", "more", "where"),
+    [
+        ("0.5", "a: 0.1, alpha: 0, d: sqrt(p - 0.5), theta: q", "", r"arm.yaml:7: joint 1 \(turn\): 'p'"),
+        ("0", "a: p*sqrt(p), alpha: 0, d: 0, theta: q", "", r"arm.yaml:7: joint 1 \(turn\): 'p'"),
+        ("0.2", "a: sqrt(1 + sqrt(5*p - 1)), alpha: 0, d: 0, theta: q", "", r"arm.yaml:7: joint 1 \(turn\): 'p'"),
+        ("0.2", "a: p, alpha: 0, d: 0, theta: q", "tool: {xyz: [sqrt(p - 0.2), 0, 0]}", "arm.yaml: tool: 'p'"),
+    ],
+)
+def test_a_root_that_is_zero_has_no_derivative(value: str, entries: str, more: str, where: str, tmp_path: Path) -> None:
+    head = "kinegen: 1\nname: arm\nconvention: modified\nunits: {length: m, angle: deg}\n"
+    text = f"{head}parameters: {{p: {value}}}\njoints:\n  - {{name: turn, {entries}}}\n{more}\n"
+    path = write_robot(tmp_path, text)
+    quantities = (parse_quantity("parameter_jacobian"),)
+
+    with pytest.raises(KinegenError, match=f"{where} is set at run time and stands in a square root that is zero"):
+        make(path, tmp_path, quantities=quantities, wrt=("p",), compile=False)
+
+    path = write_robot(tmp_path, text.replace(f"p: {value}}}", f"p: {value}1}}" if "." in value else "p: 0.1}"))
+    assert make(path, tmp_path, quantities=quantities, wrt=("p",), compile=False).proof.comparisons

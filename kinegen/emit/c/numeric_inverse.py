@@ -67,6 +67,7 @@ class SolverContext:
     highest: str
     is_limited: str
     is_angle: str
+    stride: str
     tolerances: str
     position_tolerance: str
     rotation_tolerance: str
@@ -115,6 +116,8 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
     header, source = (search_file(robot.name, suffix, real) for suffix in "hc")
     box = joint_box(robot)
     position, rotation = tolerances(robot, real)
+    angles = [variable.type is not JointType.PRISMATIC for variable in robot.variables]
+    third = Fraction(reach(robot, robot.tips)) / 3
     parameters = bool(robot.runtime_parameters)
     prototype = f"int {function(robot.name, NUMERIC_INVERSE.function, real)}({_arguments(kernels, real)})"
     return SolverContext(
@@ -142,11 +145,12 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         lowest=_array(real.literal(Fraction(low)) for low, _ in box),
         highest=_array(real.literal(Fraction(high)) for _, high in box),
         is_limited=_array(f"{int(variable.limits is not None)}" for variable in robot.variables),
-        is_angle=_array(f"{int(variable.type is not JointType.PRISMATIC)}" for variable in robot.variables),
+        is_angle=_array(f"{int(turns)}" for turns in angles),
+        stride=_array(real.literal(Fraction(1) if turns else third) for turns in angles),
         tolerances=f"{float(position):.0e} {robot.units.length} and {float(rotation):.0e} rad",
         position_tolerance=real.literal(position),
         rotation_tolerance=real.literal(rotation),
-        length_weight=real.literal(3 / Fraction(reach(robot, robot.tips))),
+        length_weight=real.literal(1 / third),
         margin=real.literal(Fraction(2, 5)),
         damping=real.literal(Fraction(1, 10)),
         least_damping=real.literal(Fraction(1, 10**12) if real is Real.DOUBLE else Fraction(1, 10**7)),

@@ -47,6 +47,8 @@ class Search:
         self._low, self._high = np.array([joint[:2] for joint in joints]).T
         self._limited, self._angles = np.array([joint[2:] for joint in joints]).T
         self._weights = np.array([3 / reach] * 3 + [1.0] * 3)
+        # What of a joint counts as much as an angle of 1 rad.
+        self._strides = np.where(self._angles, 1.0, reach / 3)
         count = len(targets)
         self.q = np.zeros((count, len(joints)))
         self.errors, self.solved = np.full((count, 2), 1e30), np.zeros(count, bool)
@@ -106,7 +108,8 @@ class Search:
             if not go.any():
                 return
             rows, before = rows[go], before[go]
-            q = self._step(q[go], e[go] * self._weights, jacobian[go] * self._weights[:, None], error[go])
+            weighted = jacobian[go] * self._weights[:, None] * self._strides
+            q = self._step(q[go], e[go] * self._weights, weighted, error[go])
 
     def _difference(self, rows: NDArray[np.intp], q: Floats) -> tuple[Floats, Floats]:
         """The way to go, the rotation vector of target_R pose_R^T, and the Jacobian."""
@@ -128,7 +131,7 @@ class Search:
         matrix = (jacobian * freedom[:, None, :]) @ jacobian.swapaxes(1, 2) + damping
         moves = np.einsum("nij,ni->nj", jacobian, np.linalg.solve(matrix, e[..., None])[..., 0]) * freedom
         largest = np.abs(moves[:, self._angles]).max(axis=1, initial=0.8)
-        moved = q + moves * (0.8 / largest)[:, None]
+        moved = q + moves * (0.8 / largest)[:, None] * self._strides
         turned = np.where(self._angles & (np.abs(moved) > np.pi), moved - np.copysign(2 * np.pi, moved), moved)
         result: Floats = np.where(self._limited, np.clip(moved, low, high), turned)
         return result

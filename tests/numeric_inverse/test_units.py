@@ -1,0 +1,56 @@
+"""A robot file may be in m or in mm: the search goes the same way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen.native.package import load_package
+from kinegen.outputs import NUMERIC_INVERSE, Quantity
+from kinegen.verify import search as proof
+from tests.builds.workshop import make, set_machine, write_robot
+
+CRANE = """\
+kinegen: 1
+name: {name}
+convention: standard
+units: {{length: {unit}, angle: deg}}
+joints:
+  - {{name: slew, theta: q, d: {tower}, a: 0, alpha: 90}}
+  - {{name: boom, theta: q, d: 0, a: {boom}, alpha: 0, limits: [-10, 80]}}
+  - {{name: jib, theta: q, d: 0, a: {tower}, alpha: 90, limits: [-150, 0]}}
+  - {{name: tele, theta: 0, d: q, a: 0, alpha: 0, limits: [0, {tower}]}}
+  - {{name: rot, theta: q, d: 0, a: 0, alpha: 0}}
+"""
+UNITS = {"m": 1, "mm": 1000}
+COUNT = 200
+
+
+@pytest.mark.parametrize("compiled", [True, False], ids=["c", "numpy"])
+@pytest.mark.parametrize("real", [np.float64, np.float32])
+def test_an_arm_with_a_slide_is_solved_alike_in_m_and_in_mm(
+    compiled: bool, real: type, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    set_machine(monkeypatch, tmp_path / "cache")
+    monkeypatch.setattr(proof, "TARGETS", 60)
+    low, high = np.array([(-3.1, 3.1), (-0.15, 1.3), (-2.5, -0.1), (0.1, 2.9), (-3.1, 3.1)]).T
+    drawn = np.random.default_rng(3).uniform(low, high, (2, COUNT, 5))
+    found = {}
+    for unit, scale in UNITS.items():
+        text = CRANE.format(name=f"crane_{unit}", unit=unit, tower=3 * scale, boom=6 * scale)
+        path = write_robot(tmp_path, text, f"crane_{unit}.yaml")
+        quantities = (Quantity.POSE, NUMERIC_INVERSE)
+        crane = load_package(make(path, tmp_path / unit, quantities=quantities, compile=compiled).folder)
+        q, start = drawn * [1, 1, 1, scale, 1]
+        search = crane.numeric_inverse
+        result = search(search.kernel(q)[0].astype(real), start, tolerances=(1e-4 * scale, 1e-4))
+        found[scale] = (result.solved, result.iterations, result.q / [1, 1, 1, scale, 1])
+    (solved, steps, q), (other_solved, other_steps, other_q) = found.values()
+    alike = steps == other_steps
+
+    assert solved.mean() > 0.99
+    np.testing.assert_array_equal(solved, other_solved)
+    assert alike.mean() > 0.95  # rounding sends a few descents another way
+    np.testing.assert_allclose(q[alike], other_q[alike], atol=1e-2)
