@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from random import Random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from kinegen.build import lower_file
+from kinegen.emit.c.accepted import accepted_differences
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.vectors import emit_vectors
@@ -21,7 +26,8 @@ from kinegen.outputs import parse_quantity
 from kinegen.reference import Orientation, pose
 from kinegen.verify.subjects import FORMS
 from kinegen.verify.vectors import FEW, SAFE, compute_vectors
-from tests.builds.workshop import ROBOTS, write_robot
+from kinegen.verify.worst import worst_number
+from tests.builds.workshop import ROBOTS, make, write_robot
 
 MOVING = ("pose", "fk_jacobian", "jacobian_local", "twist", "bias_acceleration", "acceleration_world", "hessian")
 TURNED = tuple(name for form in FORMS for name in (form.value, f"{form}_jacobian"))
@@ -146,3 +152,87 @@ def test_what_rounding_decides_has_no_vectors(tmp_path: Path) -> None:
     assert [str(quantity) for quantity in found.expected] == ["pose"]
     assert "/* flipped_quaternion_wxyz has none: at every pose, rounding decides" in header
     assert len(found.inputs["q"]) == 16
+
+
+FOUR_BAR = """\
+kinegen: 1
+name: bars
+convention: modified
+units: {{length: m, angle: deg}}
+joints:
+  - {{name: a, theta: q, d: 0, a: 0.3, alpha: 0}}
+  - {{name: b, theta: q, d: 0, a: 0.4, alpha: 0}}
+actuators:
+  readings:
+    m1: {{dimension: angle, limits: [40, {end}]}}
+    m2: {{dimension: angle, limits: [-90, 90]}}
+  joints:
+    - {{joint: a, form: four_bar, actuator: m1, ground: 0.5, crank: 0.4, coupler: 0.2, rocker: 0.3, branch: open}}
+    - {{joint: b, form: gear, actuator: m2, ratio: 1}}
+"""
+STRAIGHT = 66.41182153179816
+"""Where coupler and rocker lie in one line, in degrees."""
+
+
+@pytest.mark.parametrize("before", [0.1, 1e-3, 1e-8])
+def test_self_tests_of_machines_near_a_dead_centre_pass(before: float, tmp_path: Path) -> None:
+    path = write_robot(tmp_path, FOUR_BAR.format(end=STRAIGHT - before))
+    names = ("actuators_to_joints", "joints_to_actuators", "jacobian_actuators")
+    of = lower_file(path, tuple(map(parse_quantity, names)))
+    make(path, tmp_path / "out", quantities=tuple(map(parse_quantity, names)), reals=(Real.DOUBLE,))
+    found = compute_vectors(of)
+
+    for results in found.expected.values():
+        for result in results:
+            assert max(result.spreads[Real.DOUBLE]) < 1e-12, "a wrong digit is found in every entry"
+    assert len(found.expected) == 3
+
+
+def test_differences_of_a_long_chain_follow_rounding(tmp_path: Path) -> None:
+    """The proven bound is far too wide; a number that is wrong in the tenth digit is found all the same."""
+    number = Random(1).randint
+    rows = [
+        f"  - {{name: j{i}, theta: q, d: {number(1, 99) / 1000}, a: {number(1, 99) / 1000}, "
+        f"alpha: {number(1, 89)}.{number(1, 99)}}}"
+        for i in range(20)
+    ]
+    head = "kinegen: 1\nname: lengthy\nconvention: modified\nunits: {length: m, angle: deg}\njoints:\n"
+    of = lower_file(write_robot(tmp_path, head + "\n".join(rows) + "\n"), (parse_quantity("jacobian"),))
+    program = of.programs[0]
+    found = compute_vectors(of)
+    (accepted,) = accepted_differences(of, program, found, Real.DOUBLE)
+
+    assert max(accepted) < 1e-11
+
+
+def test_a_self_test_that_fails_names_its_worst_number(tmp_path: Path) -> None:
+    of = kernels("puma560", ("jacobian",))
+    header = emit_vectors(of, vectors("puma560", ("jacobian",)), Real.DOUBLE)["puma560_vectors.h"]
+    package = SimpleNamespace(jacobian=_Wrong(vectors("puma560", ("jacobian",))))
+    found = worst_number(of.robot, package, header, (parse_quantity("jacobian"),), "double")  # type: ignore[arg-type]
+
+    assert re.fullmatch(r": number 7 of jacobian is off by 0\.001 at vector 3, accepted is \S+e-1\d", found)
+    assert (
+        worst_number(
+            of.robot,
+            SimpleNamespace(jacobian=_Wrong(vectors("puma560", ("jacobian",)), 0.0)),
+            header,
+            (parse_quantity("jacobian"),),
+            "double",
+        )
+        == ""
+    )  # type: ignore[arg-type]
+
+
+class _Wrong:
+    """What returns the test vectors, but for one number."""
+
+    inputs = (SimpleNamespace(shape=(6,)),)
+
+    def __init__(self, found: Vectors, error: float = 1e-3) -> None:
+        self.error, self.rows = error, np.array(found.expected[parse_quantity("jacobian")][0].rows, dtype=float)
+
+    def __call__(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        rows = self.rows.copy()
+        rows[3, 7] += self.error
+        return rows.reshape(len(q), 6, 6)
