@@ -15,6 +15,7 @@ import mpmath
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinegen.errors import KinegenError
 from kinegen.older import assert_never
 from kinegen.outputs import Reference
 from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
@@ -86,7 +87,14 @@ def _joints(robot: Robot, readings: list[Any], kind: Kind) -> dict[str, Any]:
     values |= {reading.name: column for reading, column in zip(robot.actuators.readings, readings, strict=True)}
     middles = {each.name: middle(each) for each in robot.actuators.readings}
     for drive in robot.actuators.drives:
-        values |= zip(drive.joints, driven(drive, values, middles, kind), strict=True)
+        try:
+            values |= zip(drive.joints, driven(drive, values, middles, kind), strict=True)
+        except ZeroDivisionError:
+            raise KinegenError(
+                f"actuators: joint '{drive.joints[0]}' has no value or no derivative at a reading within the limits; "
+                "narrow them, so that no root is zero, no asin or acos is of 1 or -1, and nothing is divided by zero",
+                line=drive.line,
+            ) from None
     return values
 
 

@@ -172,3 +172,16 @@ def test_angle_sums_of_readings_have_their_names(tmp_path: Path) -> None:
     assert sums
     assert all("spindle" in text and "servo" in text for text in sums)
     assert not any(re.search(r"\bq\d|actuators", text) for text in sums)
+
+
+@pytest.mark.parametrize("value", ["m*sqrt(m)", "atan2(m, m)"])
+def test_a_reading_without_a_derivative_is_told_with_its_line(value: str, tmp_path: Path) -> None:
+    head = "kinegen: 1\nname: arm\nconvention: standard\nunits: {length: m, angle: rad}\njoints:\n"
+    row = "  - {name: turn, a: 0.1, alpha: 0, d: 0, theta: q, limits: [0, 1]}\n"
+    drives = f'  joints:\n    - {{joint: turn, value: "{value}"}}\n  inverse: {{m: turn}}\n'
+    path = write_robot(
+        tmp_path, f"{head}{row}actuators:\n  readings: {{m: {{dimension: number, limits: [0, 1]}}}}\n{drives}"
+    )
+
+    with pytest.raises(KinegenError, match=r"arm.yaml:10: actuators: joint 'turn' has no value or no derivative"):
+        make(path, tmp_path, quantities=(parse_quantity("jacobian_actuators"),), compile=False)
