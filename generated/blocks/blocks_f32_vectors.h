@@ -48,7 +48,8 @@ static const float blocks_f32_position_accepted[3] = {4.172325e-07F, 4.7683716e-
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float blocks_f32_selftest(void);
 
 #ifdef __cplusplus

@@ -48,7 +48,8 @@ static const double blocks_position_accepted[3] = {7.771561172376096e-16, 8.8817
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 double blocks_selftest(void);
 
 #ifdef __cplusplus

@@ -113,7 +113,8 @@ static const float cartesian_f32_position_accepted[3] = {5.9604645e-08F, 5.96046
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float cartesian_f32_selftest(void);
 
 #ifdef __cplusplus

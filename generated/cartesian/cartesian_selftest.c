@@ -73,6 +73,12 @@ static double cartesian_worst_part(double worst, double found, double expected, 
     return cartesian_worst_of(worst, difference / whole, 0.0);
 }
 
+/* The same worst where a constant is what it must be, and -1 where it is not. */
+static double cartesian_worst_constant(double worst, double found, double expected)
+{
+    return ((found >= expected) && (found <= expected)) ? worst : -1.0;
+}
+
 double cartesian_selftest(void)
 {
     double worst = 0.0;
@@ -86,6 +92,10 @@ double cartesian_selftest(void)
                     const double accepted = cartesian_fk_accepted[(frame * 12) + entry];
                     worst = cartesian_worst_part(worst, found[(frame * 16) + entry], cartesian_fk_expected[vector][(frame * 12) + entry], accepted);
                 }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = cartesian_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
             }
         }
         {
@@ -96,6 +106,10 @@ double cartesian_selftest(void)
                 for (int entry = 0; entry < 12; entry++) {
                     const double accepted = cartesian_frames_accepted[(frame * 12) + entry];
                     worst = cartesian_worst_part(worst, found[(frame * 16) + entry], cartesian_frames_expected[vector][(frame * 12) + entry], accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = cartesian_worst_constant(worst, found[(frame * 16) + entry], constant);
                 }
             }
         }

@@ -113,7 +113,8 @@ static const double cartesian_position_accepted[3] = {1.1102230246251565e-16, 1.
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 double cartesian_selftest(void);
 
 #ifdef __cplusplus

@@ -143,6 +143,12 @@ static float planar_3r_f32_worst_part(float worst, float found, float expected, 
     return planar_3r_f32_worst_of(worst, difference / whole, 0.0F);
 }
 
+/* The same worst where a constant is what it must be, and -1 where it is not. */
+static float planar_3r_f32_worst_constant(float worst, float found, float expected)
+{
+    return ((found >= expected) && (found <= expected)) ? worst : -1.0F;
+}
+
 float planar_3r_f32_selftest(void)
 {
     float worst = 0.0F;
@@ -156,6 +162,10 @@ float planar_3r_f32_selftest(void)
                     const float accepted = planar_3r_f32_fk_accepted[(frame * 12) + entry];
                     worst = planar_3r_f32_worst_part(worst, found[(frame * 16) + entry], planar_3r_f32_fk_expected[vector][(frame * 12) + entry], accepted);
                 }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = planar_3r_f32_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
             }
         }
         {
@@ -166,6 +176,10 @@ float planar_3r_f32_selftest(void)
                 for (int entry = 0; entry < 12; entry++) {
                     const float accepted = planar_3r_f32_frames_accepted[(frame * 12) + entry];
                     worst = planar_3r_f32_worst_part(worst, found[(frame * 16) + entry], planar_3r_f32_frames_expected[vector][(frame * 12) + entry], accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = planar_3r_f32_worst_constant(worst, found[(frame * 16) + entry], constant);
                 }
             }
         }

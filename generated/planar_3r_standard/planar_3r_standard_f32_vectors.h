@@ -147,7 +147,8 @@ static const float planar_3r_standard_f32_pairs_expected[PLANAR_3R_STANDARD_F32_
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float planar_3r_standard_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

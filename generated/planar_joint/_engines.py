@@ -63,7 +63,8 @@ def real_array(name: str, label: str, values: ArrayLike) -> NDArray[Any]:
     if isinstance(values, np.ma.MaskedArray):
         raise TypeError(f"{name}: {label} is a masked array, expected plain real numbers")
     if array.dtype.kind not in "fiub":
-        raise TypeError(f"{name}: {label} has entries of type {array.dtype}, expected plain real numbers")
+        kind = "strings" if array.dtype.kind in "US" else f"entries of type {array.dtype}"
+        raise TypeError(f"{name}: {label} has {kind}, expected plain real numbers")
     return array
 
 

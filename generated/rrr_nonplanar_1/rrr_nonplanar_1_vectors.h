@@ -146,7 +146,8 @@ static const double rrr_nonplanar_1_pairs_expected[RRR_NONPLANAR_1_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 double rrr_nonplanar_1_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

@@ -166,6 +166,12 @@ static double rrr_nonplanar_3_worst_part(double worst, double found, double expe
     return rrr_nonplanar_3_worst_of(worst, difference / whole, 0.0);
 }
 
+/* The same worst where a constant is what it must be, and -1 where it is not. */
+static double rrr_nonplanar_3_worst_constant(double worst, double found, double expected)
+{
+    return ((found >= expected) && (found <= expected)) ? worst : -1.0;
+}
+
 double rrr_nonplanar_3_selftest(void)
 {
     double worst = 0.0;
@@ -179,6 +185,10 @@ double rrr_nonplanar_3_selftest(void)
                     const double accepted = rrr_nonplanar_3_fk_accepted[(frame * 12) + entry];
                     worst = rrr_nonplanar_3_worst_part(worst, found[(frame * 16) + entry], rrr_nonplanar_3_fk_expected[vector][(frame * 12) + entry], accepted);
                 }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = rrr_nonplanar_3_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
             }
         }
         {
@@ -189,6 +199,10 @@ double rrr_nonplanar_3_selftest(void)
                 for (int entry = 0; entry < 12; entry++) {
                     const double accepted = rrr_nonplanar_3_frames_accepted[(frame * 12) + entry];
                     worst = rrr_nonplanar_3_worst_part(worst, found[(frame * 16) + entry], rrr_nonplanar_3_frames_expected[vector][(frame * 12) + entry], accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = rrr_nonplanar_3_worst_constant(worst, found[(frame * 16) + entry], constant);
                 }
             }
         }

@@ -146,7 +146,8 @@ static const float rrr_nonplanar_5_f32_pairs_expected[RRR_NONPLANAR_5_F32_PAIRS]
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float rrr_nonplanar_5_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

@@ -140,7 +140,8 @@ static const float scara_class_f32_pairs_expected[SCARA_CLASS_F32_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float scara_class_f32_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

@@ -145,7 +145,8 @@ static const double spherical_wrist_pairs_expected[SPHERICAL_WRIST_PAIRS][5] = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 double spherical_wrist_selftest(void);
 
 /* Runs all angles; returns the largest error of a sine or cosine, or -1 where a result is NaN. */

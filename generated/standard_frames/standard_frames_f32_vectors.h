@@ -113,7 +113,8 @@ static const float standard_frames_f32_position_accepted[3] = {2.3841858e-07F, 2
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 float standard_frames_f32_selftest(void);
 
 #ifdef __cplusplus

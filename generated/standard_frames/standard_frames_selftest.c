@@ -73,6 +73,12 @@ static double standard_frames_worst_part(double worst, double found, double expe
     return standard_frames_worst_of(worst, difference / whole, 0.0);
 }
 
+/* The same worst where a constant is what it must be, and -1 where it is not. */
+static double standard_frames_worst_constant(double worst, double found, double expected)
+{
+    return ((found >= expected) && (found <= expected)) ? worst : -1.0;
+}
+
 double standard_frames_selftest(void)
 {
     double worst = 0.0;
@@ -86,6 +92,10 @@ double standard_frames_selftest(void)
                     const double accepted = standard_frames_fk_accepted[(frame * 12) + entry];
                     worst = standard_frames_worst_part(worst, found[(frame * 16) + entry], standard_frames_fk_expected[vector][(frame * 12) + entry], accepted);
                 }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = standard_frames_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
             }
         }
         {
@@ -96,6 +106,10 @@ double standard_frames_selftest(void)
                 for (int entry = 0; entry < 12; entry++) {
                     const double accepted = standard_frames_frames_accepted[(frame * 12) + entry];
                     worst = standard_frames_worst_part(worst, found[(frame * 16) + entry], standard_frames_frames_expected[vector][(frame * 12) + entry], accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = standard_frames_worst_constant(worst, found[(frame * 16) + entry], constant);
                 }
             }
         }

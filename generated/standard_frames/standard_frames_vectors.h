@@ -113,7 +113,8 @@ static const double standard_frames_position_accepted[3] = {4.440892098500626e-1
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN. */
+/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 where a result is NaN or the
+   last row of a matrix is not exactly 0 0 0 1. */
 double standard_frames_selftest(void);
 
 #ifdef __cplusplus

@@ -24,7 +24,7 @@ from __future__ import annotations
 import sys
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
-    raise ImportError("stanford needs Python 3.10 or newer; this is Python {}.{}".format(*sys.version_info[:2]))
+    raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
 if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
     from ._engines import forget
