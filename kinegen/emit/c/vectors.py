@@ -53,6 +53,7 @@ class VectorResult:
     blocks: int
     total: int
     stride: int
+    last: int
     output: str
     first: str
     value: str
@@ -251,6 +252,7 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
             blocks=array.blocks,
             total=array.size,
             stride=array.stored,
+            last=array.stored - 1,
             output=declared(kernels, program, array),
             first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
             value=f"{prefix(kernels.robot.name, real)}_turned({place}, {wanted}, {real.literal(2 * _PI)})"
