@@ -43,6 +43,7 @@ class FixedCheck:
     frames: int
     total: int
     stride: int
+    last: int
     output: str
     first: str
     call: str
@@ -128,6 +129,7 @@ def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) ->
         frames=result.blocks,
         total=result.size,
         stride=result.stored,
+        last=result.stored - 1,
         output=declared(fixed.kernels, program.program, result),
         first=f"&{result.name}[0][0]" if result.per_frame else f"&{result.name}[0]",
         call=f"{name}({', '.join([*inputs, result.name])})",
