@@ -87,7 +87,10 @@ class _Run:
                 for name in self._last_use.get(place, ()):
                     del known[name]
             outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
-        return np.stack([np.broadcast_to(output, shape) for output in outputs], axis=-1)
+        results = np.empty((*shape, len(outputs)))
+        for place, output in enumerate(outputs):
+            results[..., place] = output
+        return results
 
     def _operand(self, operand: Operand, columns: Sequence[FloatArray], known: Mapping[str, FloatArray]) -> Any:
         match operand:
