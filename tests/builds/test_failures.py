@@ -346,7 +346,7 @@ def test_ctrl_c_while_the_compiler_runs_ends_everything(earlier: Path, tmp_path:
             time.sleep(0.05)
         os.killpg(build.pid, signal.SIGINT)
         try:
-            output, _ = build.communicate(timeout=8)
+            output, _ = build.communicate(timeout=30)
         finally:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(build.pid, signal.SIGKILL)
