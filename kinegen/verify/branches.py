@@ -6,8 +6,7 @@ Which way an axis points is what its family says: a joint may turn the other way
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from types import ModuleType
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,13 +48,13 @@ _WORDS = {
 
 
 def require_names(
-    robot: Robot, package: ModuleType, family: Family, target: str, joints: FloatArray, solved: Truths
+    robot: Robot, names: Sequence[str], family: Family, target: str, joints: FloatArray, solved: Truths
 ) -> None:
     """See that every solution stands in the branch whose name describes it.
 
     Args:
         robot: The robot.
-        package: Its package, which names the branches.
+        names: What the branches are called.
         family: How the arm is built.
         target: What was called.
         joints: Solutions, shape (N, branches, dof).
@@ -64,7 +63,6 @@ def require_names(
     Raises:
         ProofError: Naming the first branch that holds another solution, or if there are too few names.
     """
-    names = package.BRANCHES
     if len(names) != joints.shape[1] or len(set(names)) != len(names):
         raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
     places = np.nonzero(solved)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -16,9 +14,12 @@ from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
+from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.solve import reads_attitude
 from kinegen.verify.branches import Lines
+from kinegen.verify.samples import SEED
+from kinegen.verify.solved import random_joints
 from kinegen.verify.ways import DTYPES, Way
 
 FloatArray = NDArray[np.float64]
@@ -30,27 +31,25 @@ SHEAR = 1e-3
 """How far a rotation is from one that is sheared or scaled a little; what is accepted is a part of that."""
 
 
-def refuse_the_impossible(
-    robot: Robot, family: Family, package: ModuleType, quantity: Quantity, ways: Sequence[Way], real: str, q: FloatArray
-) -> None:
+def refuse_the_impossible(robot: Robot, quantity: Quantity, ways: Sequence[Way], real: str) -> None:
     """See that no target is solved that cannot be.
 
     Args:
         robot: The robot.
-        family: How it is built.
-        package: Its package.
         quantity: The inverse.
-        ways: The ways to call it.
+        ways: The ways to call it, none of which checks its targets before it calls the kernel; see `unchecked`.
         real: The number type.
-        q: Joint vectors within the limits, from whose poses the targets are made.
 
     Raises:
         ProofError: Naming the way and the kind of target.
     """
-    poses = reference.pose(robot, np.resize(q, (TARGETS, robot.dof)))[:, 0]
-    outward = Lines(robot, np.resize(q, (TARGETS, robot.dof))).from_axis(1, poses[:, :3, 3])
-    kinds = [(what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family, poses, outward)]
-    with unchecked(sys.modules[f"{package.__name__}._inverse"]), np.errstate(all="ignore"):
+    q = random_joints(robot, TARGETS, SEED)
+    poses = reference.pose(robot, q)[:, 0]
+    outward = Lines(robot, q).from_axis(1, poses[:, :3, 3])
+    kinds = [
+        (what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family_of(robot), poses, outward)
+    ]
+    with np.errstate(all="ignore"):
         for way in ways:
             for what, targets in kinds:
                 _, valid = way.call((targets,))

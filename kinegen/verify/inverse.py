@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
@@ -19,10 +21,9 @@ from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Aim, Family
 from kinegen.symbolic.inverse.thresholds import thresholds_of
 from kinegen.verify.branches import require_names
-from kinegen.verify.impossible import refuse_the_impossible
+from kinegen.verify.impossible import refuse_the_impossible, unchecked
 from kinegen.verify.nearest import require_nearest
-from kinegen.verify.samples import SEED
-from kinegen.verify.solved import AT_LIMITS, Led, SolvedTargets, lead_back, random_joints, targets_of
+from kinegen.verify.solved import AT_LIMITS, Led, SolvedTargets, lead_back, targets_of
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
 FloatArray = NDArray[np.float64]
@@ -33,9 +34,6 @@ TARGETS = 100_000
 
 FEWER = 4000
 """The same for every other way."""
-
-TARGETS_APART = 120
-"""Joint vectors from whose poses impossible targets are made."""
 
 NAMED = 200
 """Targets whose solutions are held against the names of their branches, in every way."""
@@ -105,21 +103,49 @@ def try_inverse(
             breaks a limit or stands in a branch of another name, if a target that is not a pose or out of reach is said
             to be solved, or if `nearest=` gives another solution than the nearest.
     """
-    family = family_of(robot)
-    near = thresholds_of(family, reach(robot))
-    rooms = np.array([number_of(near.room(joint), single=real == "float") for joint in family.axes.joints])
-    tester = _Tester(robot, package, quantity, family, real, rooms)
     ways = ways_to_call(package, quantity, real, parameters)
-    first = next((way for way in ways if "batch" in way.target), ways[-1])
-    refuse_the_impossible(robot, family, package, quantity, ways, real, random_joints(robot, TARGETS_APART, SEED))
     most = TARGETS if real == "double" and parameters is None else FEWER
+    with unchecked(sys.modules[f"{package.__name__}._inverse"]):
+        refuse_the_impossible(robot, quantity, ways, real)
+    trials = try_ways(robot, quantity, ways, real, package.BRANCHES, most)
+    require_nearest(robot, family_of(robot), package, quantity, real, _rooms(robot, real), parameters)
+    return trials
+
+
+def try_ways(
+    robot: Robot, quantity: Quantity, ways: Sequence[Way], real: str, names: Sequence[str], most: int
+) -> tuple[Trial, ...]:
+    """Solve for the poses of many joint vectors in some ways.
+
+    Args:
+        robot: The robot, with the values of the runtime parameters that are tried.
+        quantity: The inverse.
+        ways: The ways to call it.
+        real: Their number type.
+        names: What the branches are called.
+        most: Random targets of the first way that takes batches; the others get a part of them.
+
+    Returns:
+        One trial for each way.
+
+    Raises:
+        ProofError: As `try_inverse`, but for `nearest=` and targets that are impossible.
+    """
+    family = family_of(robot)
+    tester = _Tester(robot, tuple(names), quantity, family, real, _rooms(robot, real))
+    first = next((way for way in ways if "batch" in way.target), ways[-1])
     targets = targets_of(robot, family, most, FEWER // 4)
     trial, led = tester.trial(first, targets)
     fewer, rows = targets.fewer(min(FEWER, most))
     known = led.at(rows)
-    trials = tuple(trial if way is first else tester.trial(way, fewer, known)[0] for way in ways)
-    require_nearest(robot, family, package, quantity, real, rooms, parameters)
-    return trials
+    return tuple(trial if way is first else tester.trial(way, fewer, known)[0] for way in ways)
+
+
+def _rooms(robot: Robot, real: str) -> FloatArray:
+    """How far outside its limits each joint of a valid solution may be."""
+    family = family_of(robot)
+    near = thresholds_of(family, reach(robot))
+    return np.array([number_of(near.room(joint), single=real == "float") for joint in family.axes.joints])
 
 
 def counts_line(trial: Trial) -> str:
@@ -137,7 +163,7 @@ def counts_line(trial: Trial) -> str:
 @dataclass(frozen=True, slots=True)
 class _Tester:
     robot: Robot
-    package: ModuleType
+    names: tuple[str, ...]
     quantity: Quantity
     family: Family
     real: str
@@ -157,7 +183,7 @@ class _Tester:
             if name == AT_LIMITS:
                 self._require_origins(way.target, joints[part], solved[part], values)
             self._require_solved(way.target, name, solved[part], values)
-        require_names(self.robot, self.package, self.family, way.target, joints[:NAMED], solved[:NAMED])
+        require_names(self.robot, self.names, self.family, way.target, joints[:NAMED], solved[:NAMED])
         led = lead_back(self.robot, self.family, poses, joints, solved, known)
         found = solved.any(axis=1)
         trial = Trial(

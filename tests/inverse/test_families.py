@@ -125,4 +125,4 @@ def test_every_solution_is_what_the_name_of_its_branch_says(kind: str, data: st.
     package = ModuleType("arm")
     package.__dict__["BRANCHES"] = arm.family.branches
 
-    require_names(arm.robot, package, arm.family, "C double", solutions, valid != 0)
+    require_names(arm.robot, package.BRANCHES, arm.family, "C double", solutions, valid != 0)
