@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,6 +24,7 @@ from kinegen.boards.figures import Cost
 from kinegen.boards.usual import USUAL_TARGET, can_measure, usual_costs
 from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.languages import LANGUAGES, emit_language, refusals
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError, WriteError
@@ -42,6 +43,7 @@ from kinegen.symbolic.plain import derive_plain
 from kinegen.verify.comparison import Proof
 from kinegen.verify.fixed import prove_fixed
 from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
+from kinegen.verify.languages import prove_language
 from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
@@ -100,7 +102,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     with clock.stage("emit") as detail:
         emitted, project = _emit(kernels, options)
         integers = emit_integers(kernels) if options.integers else None
-        detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ())} files")
+        others = _emit_languages(kernels, options)
+        detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ()) + len(others)} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
         detail.append("NumPy kernels only" if extension is None else "cached" if extension.cached else EXTENSION)
@@ -108,6 +111,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
         proof, reasons = _prove_integers(proof, integers, options)
+        proof, others_reasons = _prove_languages(proof, kernels, others, options)
+        contents |= others
         if project:
             require_proven(robot, project, emitted.files)
         poses = sum(comparison.poses for comparison in proof.comparisons)
@@ -130,7 +135,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
+        notes=(*notes, *reasons, *others_reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
     )
 
 
@@ -233,6 +238,31 @@ def _prove_integers(
     return proof, ("the q30 kernels are written without a proof, which takes a C compiler",)
 
 
+def _emit_languages(kernels: Kernels, options: BuildOptions) -> dict[str, str]:
+    """The files of other languages, by path."""
+    return {path: text for name in options.languages for path, text in emit_language(kernels, LANGUAGES[name]).items()}
+
+
+def _prove_languages(
+    proof: Proof, kernels: Kernels, files: Mapping[str, str], options: BuildOptions
+) -> tuple[Proof, tuple[str, ...]]:
+    """The proof with those of other languages, what they leave out, and why any was not proven."""
+    reasons: list[str] = []
+    for language in (LANGUAGES[name] for name in options.languages):
+        reasons += refusals(kernels, language)
+        if not options.compile:
+            reasons.append(f"the {language.title} files are written without a proof, which takes a C compiler")
+            continue
+        try:
+            own = {path: text for path, text in files.items() if path.startswith(f"{language.name}/")}
+            found = prove_language(kernels, language, own)
+        except MissingToolError as error:
+            reasons.append(f"the {language.title} files are written without a proof: {error.message}")
+        else:
+            proof = replace(proof, comparisons=(*proof.comparisons, *found))
+    return proof, tuple(reasons)
+
+
 def _measure(kernels: Kernels, options: BuildOptions, clock: _Clock) -> tuple[Cost, ...]:
     """Costs on a microcontroller; a build does not fail because an emulator does."""
     if not options.compile or Real.FLOAT not in options.reals or not can_measure():
@@ -253,12 +283,12 @@ def _contents(emitted: Emitted, extension: Extension | None, integers: IntegerKe
 
 
 def _stale(folder: Path, emitted: Emitted) -> Callable[[str], bool]:
-    """Which files of an earlier build go: all in the folder itself, but not an extension of the same C files."""
+    """Which files of an earlier build go: kernels in any language, but not an extension of the same C files."""
 
     def stale(name: str) -> bool:
         if name == EXTENSION:
             return emitted.stamp.encode() not in (folder / name).read_bytes()
-        return not _is_below(name)
+        return not _is_below(name) or name.partition("/")[0] in LANGUAGES
 
     return stale
 

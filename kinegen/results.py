@@ -31,6 +31,7 @@ class BuildOptions:
         flags: How to compile it.
         package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
             of the Python package.
+        languages: Names of the languages beside C and Python, as in `kinegen.emit.languages.LANGUAGES`.
         force: Whether to replace files in the way that kinegen did not write.
     """
 
@@ -42,6 +43,7 @@ class BuildOptions:
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
     package: Ecosystem | None = None
+    languages: tuple[str, ...] = ()
     force: bool = False
 
 

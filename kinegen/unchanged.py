@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import get_type_hints
 
+from kinegen.emit.languages import LANGUAGES
 from kinegen.errors import KinegenError
 from kinegen.manifest import digest_of
 from kinegen.native.cache import Cache
@@ -103,7 +104,8 @@ def key_of(path: Path, options: BuildOptions) -> str:
     machine = identity()
     if machine is None:
         return ""
-    tools = [(tool, shutil.which(tool)) for tool in _TOOLS]
+    named = (*_TOOLS, *(tool for name in options.languages for tool in LANGUAGES[name].tools))
+    tools = [(tool, shutil.which(tool)) for tool in named]
     # The path of the output is resolved without a complaint about a loop of links, which the build makes.
     output = os.path.realpath(options.output)
     return Cache().key("build", machine, compiler, tools, text, str(path), options, output)

@@ -23,6 +23,9 @@ REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")
 INTEGERS = {"q30": REALS["double"], "all": REALS["both"]}
 """The choices with kernels in integers, and the number types beside them."""
 
+ALWAYS = ("c", "python")
+"""Languages that every build writes."""
+
 
 def quantities_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
     """The outputs in the order of `Kind`, whatever the order in which they were named."""
@@ -37,6 +40,17 @@ def quantities_of(_context: click.Context, _parameter: click.Parameter, text: st
 def names_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[str, ...]:
     """The words of a list, each once."""
     return tuple(dict.fromkeys(word.strip() for word in text.split(","))) if text else ()
+
+
+def languages_of(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
+    """The languages in the order of their table; C and Python may be named, and are always written."""
+    from kinegen.emit.languages import LANGUAGES
+
+    names = names_of(context, parameter, text)
+    unknown = [name for name in names if name not in (*ALWAYS, *LANGUAGES)]
+    if unknown:
+        raise click.BadParameter(f"unknown language '{unknown[0]}' (expected {', '.join((*ALWAYS, *LANGUAGES))})")
+    return tuple(name for name in LANGUAGES if name in names)
 
 
 @click.command("build", short_help="Writes the kernels, compiles and proves them.")
@@ -79,6 +93,14 @@ def names_of(_context: click.Context, _parameter: click.Parameter, text: str) ->
     "it goes to "
     f"{', '.join(each.folder for each in Ecosystem)} in this order, with float alone but for cmake.",
 )
+@click.option(
+    "--languages",
+    metavar="LIST",
+    default="",
+    callback=languages_of,
+    help="Languages beside C and Python, each in a folder of its own: javascript. The build runs and proves them where "
+    "their tools are installed (Node.js for JavaScript).",
+)
 @click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
 @click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
 @click.option(
@@ -98,6 +120,7 @@ def command(
     outputs: tuple[Quantity, ...],
     wrt: tuple[str, ...],
     package: str | None,
+    languages: tuple[str, ...],
     no_compile: bool,
     march: str | None,
     portable: bool,
@@ -122,6 +145,8 @@ def command(
         raise click.UsageError(
             f"--package takes floating-point kernels; build with --real {real} alone and copy the files"
         )
+    if package and languages:
+        raise click.UsageError("--package writes C alone; build with --languages into another folder")
     ecosystem = Ecosystem(package) if package else None
     usual = ecosystem.reals if ecosystem else tuple(Real)
     options = BuildOptions(
@@ -131,6 +156,7 @@ def command(
         wrt=wrt,
         integers=real in INTEGERS,
         package=ecosystem,
+        languages=languages,
         force=force,
         compile=not no_compile,
         flags=Flags(march or "native", portable=portable, contraction=not reproducible),

@@ -76,7 +76,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     if robot.runtime_parameters:
         moved, values = move_parameters(robot)
         others = _compare_ways(moved, package, programs, reals, samples[-MOVED_POSES:], values)
-        comparisons += [_with_parameters(other) for other in others]
+        comparisons += [with_parameters(other) for other in others]
     if all(comparison.holds for comparison in comparisons):
         comparisons += compare_usage(robot, package, programs, reals)
     if "double" in reals:
@@ -91,11 +91,11 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         if robot.runtime_parameters:
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
-            comparisons += [_with_parameters(other) for other in others]
+            comparisons += [with_parameters(other) for other in others]
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
 
-def _with_parameters(comparison: Comparison) -> Comparison:
+def with_parameters(comparison: Comparison) -> Comparison:
     """A comparison with other values of the runtime parameters, which counts in a row of its own."""
     row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
     return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
@@ -106,7 +106,7 @@ def _solve(
 ) -> tuple[list[Comparison], str]:
     trials = try_inverse(robot, package, quantity, real, values)
     told = counts_line(max(trials, key=lambda trial: trial.poses))
-    return [_inverse_comparison(robot, quantity, trial, real) for trial in trials], told
+    return [inverse_comparison(robot, quantity, trial, real) for trial in trials], told
 
 
 def _search(
@@ -131,7 +131,8 @@ def _search_comparison(search: Search, real: str) -> Comparison:
     )
 
 
-def _inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
+def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
+    """What a trial of an inverse comes to."""
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,
@@ -179,8 +180,8 @@ def _compare_ways(
         store = Store(robot, DTYPES[real], exact=False)
         for quantity in programs:
             kernel = getattr(package, quantity.function)
-            points = _held(robot, quantity, samples)
-            points = points if quantity.kind in PLACES else _fewer(points, kernel.results, NUMBERS)
+            points = held(robot, quantity, samples)
+            points = points if quantity.kind in PLACES else fewer(points, kernel.results, NUMBERS)
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
             judge = Judge(expectation, programs[quantity], real)
             ways = ways_to_call(package, quantity, real, parameters)
@@ -204,7 +205,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> l
     for quantity in programs:
         kernel = getattr(package, quantity.function)
         points = (
-            places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
+            places if quantity.kind in PLACES else fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         judge = Judge(expectation, programs[quantity], "double")
@@ -236,7 +237,7 @@ def _language(kernel: Any) -> str:
     return "C double" if kernel.backend == "c" else "NumPy double"
 
 
-def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
+def fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
     """Every second joint vector, or fourth and so on, for kernels with large results."""
     size = sum(math.prod(result.shape) for result in results)
     stride = 1
@@ -245,7 +246,7 @@ def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatA
     return points[::stride]
 
 
-def _held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
+def held(robot: Robot, quantity: Quantity, points: FloatArray) -> FloatArray:
     """Every second joint vector, or fourth and so on, for robots of many rows, so that the reference stays small."""
     order = 0 if quantity.kind in PLACES or quantity.kind in FORMS else 2 if quantity.kind is Kind.HESSIAN else 1
     numbers = (32 if order else 128) * (1 + len(robot.rows) + len(robot.frames)) * (1 + robot.dof) ** order

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from importlib import import_module
 from pathlib import Path
 
@@ -23,6 +24,15 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Mon
     """Nothing is remembered of other runs; what one attempt compiled may serve the next."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "user-cache"))
     monkeypatch.delenv("CC", raising=False)
+
+
+@pytest.fixture(autouse=True)
+def _tools(request: pytest.FixtureRequest) -> None:
+    """What runs a language is needed to refuse it."""
+    given = request.node.callspec.params if hasattr(request.node, "callspec") else {}
+    words = " ".join(map(str, (given.get("setting"), getattr(given.get("case"), "setting", ""))))
+    if "--languages=javascript" in words and shutil.which("node") is None:
+        pytest.skip("needs Node.js (Debian: apt-get install nodejs)")
 
 
 @pytest.mark.parametrize("setting", dict.fromkeys(case.setting for case in CASES), ids=str)

@@ -1,0 +1,78 @@
+"""Calls the JavaScript form through Node.js; see `templates/javascript/driver.mjs.jinja`."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from kinegen.emit.environment import environment
+from kinegen.emit.javascript.syntax import SYNTAX
+from kinegen.emit.kernels import Kernels
+from kinegen.ir.program import Program
+from kinegen.verify.runners.runner import run_tool
+from kinegen.verify.runners.straight import require_forms
+from kinegen.verify.ways import Arrays
+
+_DRIVER = "driver.mjs"
+
+
+def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
+    """The kernels of a module; see `kinegen.verify.runners.runner.Runner`."""
+    name = f"{kernels.robot.name}.js"
+    run_tool((tool, "--check", name), folder, name)
+    heads = [rf"function {program.quantity.function}_at\(.*\) {{" for program in kernels.programs]
+    text = (folder / name).read_text(encoding="utf-8")
+    require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}")
+    return _Module(tool, folder, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
+
+
+@dataclass(frozen=True, slots=True)
+class _Module:
+    """A module that Node.js imports; see `kinegen.verify.runners.runner.Call`.
+
+    Attributes:
+        tool: The command of Node.js.
+        folder: The folder of the module.
+        name: Its file name.
+        parameters: Names of its runtime parameters.
+    """
+
+    tool: str
+    folder: Path
+    name: str
+    parameters: tuple[str, ...]
+
+    def __call__(
+        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, is_batch: bool
+    ) -> Arrays:
+        """Evaluate a kernel in a process of its own."""
+        count, results = len(inputs[0]), program.signature.results
+        function = program.quantity.function + ("_batch" if is_batch else "")
+        params = None if parameters is None else dict(zip(self.parameters, parameters, strict=True))
+        with tempfile.TemporaryDirectory(prefix="kinegen-") as name:
+            given, found = Path(name) / "inputs", Path(name) / "results"
+            (Path(name) / _DRIVER).write_text(
+                environment().get_template(f"javascript/{_DRIVER}.jinja").render(), encoding="utf-8", newline="\n"
+            )
+            flat = [np.ascontiguousarray(array, np.float64).ravel() for array in inputs]
+            given.write_bytes(np.concatenate(flat).tobytes())
+            sizes = (",".join(str(array[0].size if count else 0) for array in inputs), _sizes(program))
+            files = (str(given), str(found))
+            command = (self.tool, str(Path(name) / _DRIVER), str(self.folder / self.name), function, str(count))
+            run_tool((*command, *sizes, json.dumps(params), *files), self.folder, f"{function} of {self.name}")
+            numbers = np.fromfile(found)
+        ends = np.cumsum([count * _size(result.shape) for result in results])
+        parts = np.split(numbers, ends[:-1])
+        return tuple(part.reshape(count, *result.shape) for part, result in zip(parts, results, strict=True))
+
+
+def _size(shape: tuple[int, ...]) -> int:
+    return int(np.prod(shape, dtype=int))
+
+
+def _sizes(program: Program) -> str:
+    return ",".join(str(_size(result.shape)) for result in program.signature.results)

@@ -1,0 +1,80 @@
+"""What a runner is, and how kernels of another process are called."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Protocol
+
+from kinegen.emit.kernels import Kernels
+from kinegen.errors import CompileError
+from kinegen.ir.program import Program
+from kinegen.verify.ways import Arrays
+
+PATIENCE = 600.0
+"""Seconds that one call of a tool may take."""
+
+_LINES = 3
+"""Lines of what a tool reports that a message repeats."""
+
+
+class Call(Protocol):
+    """Evaluates a kernel."""
+
+    def __call__(
+        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, is_batch: bool
+    ) -> Arrays:
+        """Evaluate a kernel.
+
+        Args:
+            program: The program that the kernel was printed from.
+            inputs: Its inputs, N configurations each, in doubles.
+            parameters: Values of the runtime parameters; those of the robot file if None.
+            is_batch: Whether to call the function for batches.
+
+        Returns:
+            Its results, N configurations each, in the shapes that the program's signature gives.
+
+        Raises:
+            CompileError: If the tool refuses the files.
+        """
+
+
+class Runner(Protocol):
+    """Prepares the files of a language to be called."""
+
+    def __call__(self, tool: str, folder: Path, kernels: Kernels) -> Call:
+        """Prepare what was emitted.
+
+        Args:
+            tool: The program that compiles or runs it.
+            folder: The folder with the emitted files, in which more may be written.
+            kernels: What they were printed from.
+
+        Raises:
+            CompileError: If the tool refuses the files.
+        """
+
+
+def run_tool(command: tuple[str, ...], folder: Path, subject: str) -> None:
+    """Run a tool in a folder.
+
+    Args:
+        command: The tool and its arguments.
+        folder: Working folder.
+        subject: What it is run for, for the message.
+
+    Raises:
+        CompileError: With the first error that it reports, if it fails or takes longer than `PATIENCE`.
+    """
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise CompileError(f"{command[0]} did not finish {subject} within {PATIENCE:.0f} s") from error
+    except OSError as error:
+        raise CompileError(f"{command[0]} cannot be run: {error.strerror}") from error
+    if done.returncode:
+        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
+        errors = [line for line in lines if "error" in line.lower()] or lines
+        reason = "; ".join(errors[:_LINES]) or f"it ended with status {done.returncode}"
+        raise CompileError(f"{command[0]} refuses {subject}: {reason}")

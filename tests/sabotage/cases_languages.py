@@ -1,0 +1,49 @@
+"""Wrong text in languages beside C and Python."""
+
+from __future__ import annotations
+
+from kinegen.errors import CompileError, ProofError
+from tests.sabotage.case import Sabotage
+
+ONE = "function fk_at("
+BATCH = "export function fk_batch("
+STORED = r"  base_T_tool\[base_T_tool_at \+ 3\] = (\w+);"
+
+_POSE = (
+    ("a sign", r" \+ t", " - t", ONE),
+    ("two entries exchanged", r"base_T_tool_at \+ 3\] = (\w+);(.*?)base_T_tool_at \+ 7\] = (\w+);",
+     r"base_T_tool_at + 7] = \1;\2base_T_tool_at + 3] = \3;", ONE),
+    ("a length 1e-12 off", r"0\.4318", "0.431800000001", ONE),
+    ("the last row of a matrix", r"\[base_T_tool_at \+ 15\] = 1\.0", "[base_T_tool_at + 15] = 2.0", ONE),
+    ("a strip of 1e-5 rad", STORED, r"\g<0> if (q[q_at + 1] > -1.00001 && q[q_at + 1] < -1) base_T_tool[3] = 0;", ONE),
+    ("a strip by a selection", STORED, r"  base_T_tool[base_T_tool_at + 3] = q[q_at] * 1e5 % 77777 < 1 ? 0 : \1;", ONE),
+    ("a coefficient in its last digit", r"0\.1666666666666663", "0.16666666666666627", "function sincos("),
+    ("an angle that is too far", r"1\.7976931348623158e\+303", "1.7976931348623158e+302", "function sincos("),
+    ("the second configuration of a batch", r"i \* 6", "(i && i - 1) * 6", BATCH),
+    ("results of a batch one place off", r"i \* 16\);", "i * 15);", BATCH),
+    ("a batch that forgets its last configuration", r"i < n;", "i < n - 1;", BATCH),
+    ("an angle that NaN leaves", r"sincos\(q\[q_at\]\);", "sincos(q[q_at] || 0);", ONE),
+    ("the name of a function", r"export function fk\(", "export function pose(", ""),
+)  # fmt: skip
+
+_INVERSE = (
+    ("a branch with another sign", r"\[solutions_at \+ 7\] = (\w+);", r"[solutions_at + 7] = -\1;"),
+    ("a branch that is always valid", r"\[valid_at \+ 1\] = \w+;", "[valid_at + 1] = 1.0;"),
+    ("names of branches exchanged", r"\"([^\"]*elbow up[^\"]*)\", \"([^\"]*)\"", r'"\2", "\1"'),
+)
+_PARAMETERS = (("a parameter that is ignored", r"params\.(\w+)", r"DEFAULT_PARAMS.\1", "function fk_at("),)
+
+OPTION = ("--languages=javascript",)
+
+
+def _case(name: str, robot: str, outputs: str, old: str, new: str, after: str = "") -> Sabotage:
+    errors = (CompileError, ProofError)
+    file = f"javascript/{robot}.js"
+    return Sabotage(f"JavaScript: {name}", robot, outputs, file, old, new, "double", OPTION, after=after, errors=errors)
+
+
+CASES = (
+    *(_case(name, "puma560", "pose", *rest) for name, *rest in _POSE),
+    *(_case(name, "puma560", "inverse", *rest) for name, *rest in _INVERSE),
+    *(_case(name, "calibrated_2r", "pose", *rest) for name, *rest in _PARAMETERS),
+)
