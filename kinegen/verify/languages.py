@@ -16,7 +16,6 @@ import numpy as np
 
 from kinegen import reference
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.language import Language
 from kinegen.emit.languages import kept
@@ -38,9 +37,13 @@ from kinegen.verify.proof import MOVED_POSES, NUMBERS, fewer, held, inverse_comp
 from kinegen.verify.runners import RUNNERS
 from kinegen.verify.runners.runner import Call
 from kinegen.verify.samples import FloatArray, proof_samples
+from kinegen.verify.tables import agree, default_parameters, python_tables
 from kinegen.verify.ways import DTYPES, Arrays, Way
 
 DOUBLE = "double"
+
+_PYTHON_ALONE = ("ACTUATOR_RANGES", "ACTUATOR_UNITS")
+"""Tables of a Python package that other languages do not have."""
 
 SAME_BITS = 1024
 """Configurations at which a kernel has to give the bits of the C kernel."""
@@ -72,12 +75,32 @@ def prove_language(kernels: Kernels, language: Language, files: Mapping[str, str
         for path, text in files.items():
             (folder / Path(path).name).write_text(text, encoding="utf-8", newline="\n")
         call = RUNNERS[language.name](tool, folder, kernels)
+        _require_tables(kernels, language, call)
         judged = _Judged(kernels, language, call)
         comparisons = judged.comparisons()
         Proof(1.0, comparisons).require(kernels.robot)
         plain = compile_plain(kernels, emit_kernel(kernels, Real.DOUBLE), Path(name), compiler)
         judged.require_bits(plain)
     return comparisons
+
+
+def _require_tables(kernels: Kernels, language: Language, call: Call) -> None:
+    """Compare what the files say of the robot with the robot; names of branches are tried with the inverse."""
+    robot = kernels.robot
+    kinds = tuple(program.quantity for program in kernels.programs)
+    wanted = {name: value for name, value in python_tables(robot, kinds).items() if name not in _PYTHON_ALONE}
+    wanted["MODEL"] = robot.digest
+    if robot.runtime_parameters:
+        wanted["DEFAULT_PARAMS"] = tuple(default_parameters(robot).items())
+    found = {name: tuple(value.items()) if isinstance(value, dict) else value for name, value in call.tables().items()}
+    branches = {"BRANCHES"} if any(each.kind is Kind.INVERSE for each in kinds) else set()
+    if set(found) != set(wanted) | branches:
+        names = ", ".join(sorted(set(found) ^ (set(wanted) | branches)))
+        raise ProofError(f"{robot.name}: tables of {language.title} are missing or too many: {names}")
+    for name, value in wanted.items():
+        if not agree(found[name], value):
+            reason = f"{name} in {language.title} is {found[name]}, expected {value}"
+            raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
 class _Judged:
@@ -165,8 +188,7 @@ class _Judged:
         return found
 
     def _solve(self, robot: Robot, program: Program, ways: tuple[Way, ...]) -> list[Comparison]:
-        branches = branches_of(self._kernels)
-        names = branches.names if branches else ()
+        names = self._call.tables()["BRANCHES"]
         refuse_the_impossible(robot, program.quantity, ways, DOUBLE)
         trials = try_ways(robot, program.quantity, ways, DOUBLE, names, FEWER)
         return [inverse_comparison(robot, program.quantity, trial, DOUBLE) for trial in trials]

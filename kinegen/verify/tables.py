@@ -41,7 +41,7 @@ def require_tables(robot: Robot, package: ModuleType, quantities: tuple[Quantity
     """
     for name, wanted in python_tables(robot, quantities).items():
         found = getattr(package, name, None)
-        if not _agree(found, wanted):
+        if not agree(found, wanted):
             raise ProofError(f"{robot.name}: {name} of the package is {found}, expected {wanted}; nothing was written")
     _require_defaults(robot, package)
     if any(quantity.kind in DRIVEN for quantity in quantities):
@@ -89,7 +89,7 @@ def _require_defaults(robot: Robot, package: ModuleType) -> None:
     if not wanted:
         return
     found = package.Params()._asdict()
-    if list(found) != list(wanted) or not _agree(tuple(found.values()), tuple(wanted.values())):
+    if list(found) != list(wanted) or not agree(tuple(found.values()), tuple(wanted.values())):
         raise ProofError(f"{robot.name}: Params() of the package is {found}, expected {wanted}; nothing was written")
 
 
@@ -129,11 +129,11 @@ def _number(expression: Expression) -> float:
     return float(evaluate(expression, {}, FLOATS))
 
 
-def _agree(found: Any, wanted: Any) -> bool:
+def agree(found: Any, wanted: Any) -> bool:
     """Whether two tables say the same, numbers to twelve digits."""
     if isinstance(wanted, tuple):
         is_long = isinstance(found, tuple) and len(found) == len(wanted)
-        return is_long and all(_agree(*pair) for pair in zip(found, wanted))
+        return is_long and all(agree(*pair) for pair in zip(found, wanted))
     if isinstance(wanted, float) and isinstance(found, float | int):
         return found == wanted or math.isclose(found, wanted, rel_tol=_DIGITS, abs_tol=_DIGITS)
     return type(found) is type(wanted) and bool(found == wanted)

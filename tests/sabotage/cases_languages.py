@@ -31,7 +31,17 @@ _INVERSE = (
     ("a branch that is always valid", r"\[valid_at \+ 1\] = \w+;", "[valid_at + 1] = 1.0;"),
     ("names of branches exchanged", r"\"([^\"]*elbow up[^\"]*)\", \"([^\"]*)\"", r'"\2", "\1"'),
 )
-_PARAMETERS = (("a parameter that is ignored", r"params\.(\w+)", r"DEFAULT_PARAMS.\1", "function fk_at("),)
+_TABLES = (
+    ("a limit of a joint", r"\[-2\.79252", "[-2.79253"),
+    ("names of joints exchanged", r'"waist", "shoulder"', '"shoulder", "waist"'),
+    ("another number of joints", r"DOF = 6", "DOF = 7"),
+    ("the digest of another robot", r'MODEL = "(\w)', r'MODEL = "\1\1'),
+    ("a table that is missing", r"export const LIMITS", "const LIMITS"),
+)
+_PARAMETERS = (
+    ("a parameter that is ignored", r"params\.(\w+)", r"DEFAULT_PARAMS.\1", "function fk_at("),
+    ("a default of a parameter", r"DEFAULT_PARAMS = Object.freeze\(\{\n  \w+: ", r"\g<0>1e-9 + ", ""),
+)
 
 OPTION = ("--languages=javascript",)
 
@@ -44,6 +54,7 @@ def _case(name: str, robot: str, outputs: str, old: str, new: str, after: str = 
 
 CASES = (
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _POSE),
+    *(_case(name, "puma560", "pose", *rest) for name, *rest in _TABLES),
     *(_case(name, "puma560", "inverse", *rest) for name, *rest in _INVERSE),
     *(_case(name, "calibrated_2r", "pose", *rest) for name, *rest in _PARAMETERS),
 )

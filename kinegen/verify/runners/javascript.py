@@ -6,6 +6,7 @@ import json
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,8 @@ def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
     heads = [rf"function {program.quantity.function}_at\(.*\) {{" for program in kernels.programs]
     text = (folder / name).read_text(encoding="utf-8")
     require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}")
+    driver = environment().get_template(f"javascript/{_DRIVER}.jinja").render()
+    (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
     return _Module(tool, folder, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
 
 
@@ -55,19 +58,25 @@ class _Module:
         params = None if parameters is None else dict(zip(self.parameters, parameters, strict=True))
         with tempfile.TemporaryDirectory(prefix="kinegen-") as name:
             given, found = Path(name) / "inputs", Path(name) / "results"
-            (Path(name) / _DRIVER).write_text(
-                environment().get_template(f"javascript/{_DRIVER}.jinja").render(), encoding="utf-8", newline="\n"
-            )
             flat = [np.ascontiguousarray(array, np.float64).ravel() for array in inputs]
             given.write_bytes(np.concatenate(flat).tobytes())
             sizes = (",".join(str(array[0].size if count else 0) for array in inputs), _sizes(program))
             files = (str(given), str(found))
-            command = (self.tool, str(Path(name) / _DRIVER), str(self.folder / self.name), function, str(count))
+            command = (self.tool, _DRIVER, self.name, function, str(count))
             run_tool((*command, *sizes, json.dumps(params), *files), self.folder, f"{function} of {self.name}")
             numbers = np.fromfile(found)
         ends = np.cumsum([count * _size(result.shape) for result in results])
         parts = np.split(numbers, ends[:-1])
         return tuple(part.reshape(count, *result.shape) for part, result in zip(parts, results, strict=True))
+
+    def tables(self) -> dict[str, Any]:
+        """What the module says of the robot."""
+        text = run_tool((self.tool, _DRIVER, self.name), self.folder, self.name)
+        return {name: _tuples(value) for name, value in json.loads(text).items()}
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _size(shape: tuple[int, ...]) -> int:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from kinegen.emit.kernels import Kernels
 from kinegen.errors import CompileError
@@ -39,6 +40,16 @@ class Call(Protocol):
             CompileError: If the tool refuses the files.
         """
 
+    def tables(self) -> Mapping[str, Any]:
+        """What the files say of the robot, by the names that Python packages use.
+
+        `DOF`, `JOINTS`, `LIMITS`, `MODEL` and, where there is such a thing, `FRAMES`, `TIPS`, `BRANCHES`, `PARAMETERS`,
+        `ACTUATORS` and `DEFAULT_PARAMS`; lists are tuples.
+
+        Raises:
+            CompileError: If the tool refuses the files.
+        """
+
 
 class Runner(Protocol):
     """Prepares the files of a language to be called."""
@@ -56,13 +67,16 @@ class Runner(Protocol):
         """
 
 
-def run_tool(command: tuple[str, ...], folder: Path, subject: str) -> None:
+def run_tool(command: tuple[str, ...], folder: Path, subject: str) -> str:
     """Run a tool in a folder.
 
     Args:
         command: The tool and its arguments.
         folder: Working folder.
         subject: What it is run for, for the message.
+
+    Returns:
+        What it prints.
 
     Raises:
         CompileError: With the first error that it reports, if it fails or takes longer than `PATIENCE`.
@@ -78,3 +92,4 @@ def run_tool(command: tuple[str, ...], folder: Path, subject: str) -> None:
         errors = [line for line in lines if "error" in line.lower()] or lines
         reason = "; ".join(errors[:_LINES]) or f"it ended with status {done.returncode}"
         raise CompileError(f"{command[0]} refuses {subject}: {reason}")
+    return done.stdout
