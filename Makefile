@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
+.PHONY: help demo test test-boards test-languages test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -40,6 +40,9 @@ test: $(VENV)/.dev ## runs the test suite
 test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
+
+test-languages: $(VENV)/.dev ## proves every output of every robot in JavaScript, which takes Node.js
+	$(BIN)/python -m pytest tests/languages -n $(JOBS) -m languages $(PYTEST_OPTIONS)
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
 	$(BIN)/python -m pytest tests/sabotage -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)

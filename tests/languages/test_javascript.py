@@ -1,0 +1,170 @@
+"""The JavaScript module as its user calls it, through Node.js."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.errors import KinegenError
+from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.outputs import NUMERIC_INVERSE, Kind, every_quantity, parse_quantity
+from kinegen.symbolic.derive import derive
+from kinegen.verify.languages import prove_language
+from tests.emit.emitted import ROBOTS, kernels, robot, run
+from tests.emit.handwritten import KERNELS
+
+NODE = shutil.which("node") or ""
+JAVASCRIPT = LANGUAGES["javascript"]
+needs_node = pytest.mark.skipif(not NODE, reason="needs Node.js (Debian: apt-get install nodejs)")
+
+OUTPUTS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "inverse")))
+
+
+@cache
+def files(name: str) -> dict[str, str]:
+    """The files of a robot, without their folder."""
+    emitted = emit_language(kernels(name, OUTPUTS if name == "puma560" else OUTPUTS[:1]), JAVASCRIPT)
+    return {path.partition("/")[2]: text for path, text in emitted.items()}
+
+
+def evaluate(name: str, folder: Path, code: str) -> Any:
+    """What a script prints, in which `robot` is the module of a robot."""
+    for file, text in files(name).items():
+        (folder / file).write_text(text, encoding="utf-8")
+    script = folder / "script.mjs"
+    script.write_text(f'import * as robot from "./{name}.js";\n{code}\n', encoding="utf-8")
+    return json.loads(run([NODE, script]))
+
+
+@needs_node
+def test_results_are_returned_and_written_where_asked(tmp_path: Path) -> None:
+    code = """
+    const q = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], T = new Float64Array(16);
+    const returned = robot.fk(q, T);
+    const [pose, J] = robot.fk_jacobian(Float64Array.from(q));
+    const [solutions, valid] = robot.inverse(T);
+    console.log(JSON.stringify([returned === T, pose.every((x, i) => x === T[i]), J.length,
+        [...valid].includes(1), valid instanceof Uint8Array, solutions.length, robot.BRANCHES.length]));
+    """
+
+    assert evaluate("puma560", tmp_path, code) == [True, True, 36, True, True, 48, 8]
+
+
+@needs_node
+def test_wrong_lengths_are_refused(tmp_path: Path) -> None:
+    code = """
+    const tell = (call) => {
+      try { call(); return "nothing"; } catch (error) { return `${error.name}: ${error.message}`; }
+    };
+    const q = new Float64Array(6);
+    console.log(JSON.stringify([
+      tell(() => robot.fk([1, 2])), tell(() => robot.fk(undefined)), tell(() => robot.fk(7)),
+      tell(() => robot.fk(q, new Float64Array(12))), tell(() => robot.fk_batch(new Float64Array(7))),
+      tell(() => robot.fk_batch(q, new Float64Array(15))), tell(() => robot.twist_batch(q, new Float64Array(12))),
+      tell(() => robot.fk_batch())]));
+    """
+
+    assert evaluate("puma560", tmp_path, code) == [
+        "RangeError: fk: q has 2 numbers; it takes 6",
+        "RangeError: fk: q has undefined numbers; it takes 6",
+        "RangeError: fk: q has undefined numbers; it takes 6",
+        "RangeError: fk: base_T_tool has 12 numbers; it takes 16",
+        "RangeError: fk_batch: q has 7 numbers; it takes a multiple of 6",
+        "RangeError: fk_batch: base_T_tool has 15 numbers; it takes 16",
+        "RangeError: twist_batch: qd has 12 numbers; it takes 6",
+        "RangeError: fk_batch: q has undefined numbers; it takes a multiple of 6",
+    ]
+
+
+@needs_node
+def test_batches_may_be_empty_and_hold_nan(tmp_path: Path) -> None:
+    code = """
+    const q = new Float64Array(12); q[1] = NaN; q[6] = Infinity;
+    const T = robot.fk_batch(q);
+    console.log(JSON.stringify([robot.fk_batch([]).length, Number.isNaN(T[3]), Number.isNaN(T[16 + 3]), T[31]]));
+    """
+
+    assert evaluate("puma560", tmp_path, code) == [0, True, True, 1]
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["calibrated_2r", "blocks", "hand"])
+def test_other_robots_have_what_their_interface_takes(name: str, tmp_path: Path) -> None:
+    code = """
+    const q = new Float64Array(robot.DOF), usual = robot.fk(q);
+    const moved = "DEFAULT_PARAMS" in robot
+      ? robot.fk(q, Object.fromEntries(Object.keys(robot.DEFAULT_PARAMS).map((key) => [key, 7]))) : null;
+    console.log(JSON.stringify([usual.length, robot.TIPS?.length ?? 1, moved === null || moved[3] !== usual[3],
+        Object.isFrozen(robot.LIMITS), "fk_batch" in robot]));
+    """
+    length, tips, is_moved, is_frozen, is_batched = evaluate(name, tmp_path, code)
+
+    assert (length, is_moved, is_frozen, is_batched) == (16 * tips, True, True, name != "blocks")
+
+
+@pytest.mark.parametrize("name", ["puma560", "calibrated_2r", "blocks", "hand"])
+def test_types_declare_what_the_module_exports(name: str) -> None:
+    exports = [
+        set(re.findall(r"^export (?:const|function) (\w+)", files(name)[f"{name}.{suffix}"], re.MULTILINE))
+        for suffix in ("js", "d.ts")
+    ]
+
+    assert exports[0] == exports[1]
+    assert "fk" in exports[0]
+
+
+@pytest.mark.parametrize("name", ["puma560", "hand"])
+def test_the_folder_is_a_package(name: str) -> None:
+    document = json.loads(files(name)["package.json"])
+
+    assert (document["name"], document["type"], document["license"]) == (name, "module", "0BSD")
+    assert set(document["files"]) | {"package.json"} == set(files(name))
+
+
+def test_every_operator_is_printed() -> None:
+    text = emit_language(KERNELS, JAVASCRIPT)["javascript/made_up.js"]
+
+    for line in (
+        "sincos(q[q_at]);",
+        "const t1 = c1 * (-0.3333333333333333);",
+        "const t2 = params.far / params.lambda;",
+        "const t6 = sqrt(t2);",
+        "const t7 = atan2(t3, t6);",
+        "const t8 = q[q_at] < 0.5 ? t3 : t7;",
+    ):
+        assert f"  {line}\n" in text
+
+
+def test_the_search_is_refused_with_a_reason() -> None:
+    assert "no loop" in JAVASCRIPT.refuses(NUMERIC_INVERSE)
+
+
+def everything(name: str) -> Kernels:
+    """A robot with all quantities that it has."""
+    arm, programs = robot(name), []
+    for quantity in every_quantity():
+        if quantity.kind not in (Kind.NUMERIC_INVERSE, Kind.PARAMETER_JACOBIAN):
+            try:
+                programs.append(lower(derive(arm, quantity)))
+            except KinegenError:
+                continue
+    return Kernels(arm, tuple(programs), runtime_defaults(arm))
+
+
+@needs_node
+@pytest.mark.languages
+@pytest.mark.parametrize("name", sorted(path.stem for path in ROBOTS.glob("*.yaml")))
+def test_every_quantity_of_every_robot_is_proven(name: str) -> None:
+    """Against the reference, and with the bits of C."""
+    given = everything(name)
+    comparisons = prove_language(given, JAVASCRIPT, emit_language(given, JAVASCRIPT))
+
+    assert {comparison.quantity for comparison in comparisons} == {program.quantity for program in given.programs}
