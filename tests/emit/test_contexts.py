@@ -14,6 +14,7 @@ from jinja2 import meta, nodes
 
 from kinegen.emit.c import batch, kernel, numeric_inverse, vectors
 from kinegen.emit.environment import environment
+from kinegen.emit.javascript import functions, module
 from kinegen.emit.python import formula, package
 from kinegen.emit.reals import Real
 from tests.emit import emitted
@@ -28,6 +29,9 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/selftest.c.jinja": {"k": vectors.VectorContext},
     "c/numeric_inverse.h.jinja": {"k": numeric_inverse.SolverContext},
     "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
+    "javascript/module.js.jinja": {"k": module.ModuleContext},
+    "javascript/module.d.ts.jinja": {"k": module.ModuleContext},
+    "javascript/driver.mjs.jinja": {},
     "python/__init__.py.jinja": {"k": package.PackageContext},
     "python/_numpy.py.jinja": {"k": formula.FormulaContext},
 }
@@ -38,6 +42,8 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
     batch.BatchResult: {"r": ("c/batch.c.jinja",)},
     vectors.VectorCheck: {"c": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
     vectors.VectorResult: {"r": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
+    functions.Function: {"f": ("javascript/module.js.jinja", "javascript/module.d.ts.jinja")},
+    module.Table: {"table": ("javascript/module.js.jinja", "javascript/module.d.ts.jinja")},
     package.PublicKernel: {"f": ("python/__init__.py.jinja",)},
     formula.Formula: {"f": ("python/_numpy.py.jinja",)},
 }
@@ -102,7 +108,7 @@ def names_of(record: Any) -> set[str]:
 
 
 def test_every_template_is_rendered_or_included() -> None:
-    rendered = {name for name in environment().list_templates() if name.startswith(("c/", "python/"))}
+    rendered = {name for name in environment().list_templates() if name.startswith(("c/", "javascript/", "python/"))}
     used = {
         name
         for template in RENDERED

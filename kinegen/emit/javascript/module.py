@@ -11,21 +11,17 @@ from kinegen.emit.actuators import actuator_lines, actuator_names
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import uses
-from kinegen.emit.inverse import branch_lines, branches_of
-from kinegen.emit.javascript.syntax import SYNTAX
-from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
+from kinegen.emit.inverse import branches_of
+from kinegen.emit.javascript.functions import LINE, Function, function_of
+from kinegen.emit.kernels import Kernels, joint_lines, parameter_lines, provenance
 from kinegen.emit.limits import joint_limits
-from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
-from kinegen.ir.program import Constant, Operator, Program
+from kinegen.emit.words import frames_text, subject
+from kinegen.ir.program import Operator
 from kinegen.naming import comment_text
-from kinegen.outputs import Array, Kind
+from kinegen.outputs import Kind
 from kinegen.robot.model import Robot
-
-LINE = 116
-"""Characters of a line of a comment, without the asterisk before it."""
 
 _SINCOS = (
     f"Sines and cosines are evaluated {SINCOS[Real.DOUBLE].accuracy}; an angle beyond that, a NaN or an infinity makes "
@@ -34,48 +30,21 @@ _SINCOS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
-    """An input or a result of a function.
-
-    Attributes:
-        name: Its name.
-        size: Numbers of one configuration.
-        text: What it holds.
-        kind: The typed array that is made for it, or that a caller passes.
-    """
+class Table:
+    """What the module says of the robot under a name."""
 
     name: str
-    size: int
-    text: str
     kind: str
-
-
-@dataclass(frozen=True, slots=True)
-class Function:
-    """One kernel, printed.
-
-    Attributes:
-        name: Its name; that of many configurations ends in `_batch`.
-        heading: What it computes, and what a call costs, as lines of a comment.
-        inputs: Its inputs.
-        results: Its results.
-        body: Statements.
-        is_batched: Whether there are inputs, and so batches of them.
-    """
-
-    name: str
-    heading: tuple[str, ...]
-    inputs: tuple[Argument, ...]
-    results: tuple[Argument, ...]
-    body: tuple[str, ...]
-    is_batched: bool
+    value: str
+    meaning: str
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleContext:
     """What the templates of `javascript/` are given."""
 
-    robot: str
+    module: str
+    types: str
     title: str
     description: str
     provenance: str
@@ -86,12 +55,12 @@ class ModuleContext:
     parameter_lines: tuple[str, ...]
     model: str
     dof: int
-    constants: tuple[tuple[str, str, str, str], ...]
+    tables: tuple[Table, ...]
     parameters: tuple[tuple[str, str], ...]
-    sincos: bool
     sincos_lines: tuple[str, ...]
     sqrt: bool
     atan2: bool
+    is_batched: bool
     functions: tuple[Function, ...]
 
 
@@ -104,8 +73,8 @@ def emit_javascript(kernels: Kernels) -> dict[str, str]:
     Returns:
         Text by file name.
     """
-    name, context = kernels.robot.name, module_context(kernels)
-    templates = ((f"{name}.js", "javascript/module.js.jinja"), (f"{name}.d.ts", "javascript/module.d.ts.jinja"))
+    context = module_context(kernels)
+    templates = ((context.module, "javascript/module.js.jinja"), (context.types, "javascript/module.d.ts.jinja"))
     files = {file: environment().get_template(template).render(k=context) for file, template in templates}
     return files | {"package.json": _package(kernels.robot)}
 
@@ -130,8 +99,10 @@ def _package(robot: Robot) -> str:
 def module_context(kernels: Kernels) -> ModuleContext:
     """Everything the templates lay out, as finished text."""
     robot, programs = kernels.robot, kernels.programs
+    functions = tuple(function_of(kernels, program) for program in programs)
     return ModuleContext(
-        robot=robot.name,
+        module=f"{robot.name}.js",
+        types=f"{robot.name}.d.ts",
         title=f"{subject(program.quantity for program in programs)} of {robot.name}",
         description=comment_text(robot.description),
         provenance=provenance(robot),
@@ -142,21 +113,21 @@ def module_context(kernels: Kernels) -> ModuleContext:
         parameter_lines=parameter_lines(robot),
         model=robot.digest,
         dof=robot.dof,
-        constants=_constants(kernels),
+        tables=_tables(kernels),
         parameters=tuple(
             (parameter.name, Real.DOUBLE.literal(value))
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
-        sincos=uses(programs, Operator.SIN, Operator.COS),
-        sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)),
+        sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)) if uses(programs, Operator.SIN, Operator.COS) else (),
         sqrt=uses(programs, Operator.SQRT),
         atan2=uses(programs, Operator.ATAN2),
-        functions=tuple(_function(kernels, program) for program in programs),
+        is_batched=any(function.batch for function in functions),
+        functions=functions,
     )
 
 
-def _constants(kernels: Kernels) -> tuple[tuple[str, str, str, str], ...]:
-    """Name, type, value and meaning of what the module says of the robot."""
+def _tables(kernels: Kernels) -> tuple[Table, ...]:
+    """What the module says of the robot."""
     robot = kernels.robot
     limits = ", ".join(
         "null" if each is None else f"Object.freeze([{', '.join(_number(end) for end in each)}])"
@@ -174,9 +145,9 @@ def _constants(kernels: Kernels) -> tuple[tuple[str, str, str, str], ...]:
     )
     bounds = f"Lower and upper limit of each joint in rad or {robot.units.length}, rounded outwards; null without."
     return (
-        ("LIMITS", "readonly (readonly [number, number] | null)[]", f"Object.freeze([{limits}])", bounds),
+        Table("LIMITS", "readonly (readonly [number, number] | null)[]", f"Object.freeze([{limits}])", bounds),
         *(
-            (name, "readonly string[]", f"Object.freeze({json.dumps(list(words))})", meaning)
+            Table(name, "readonly string[]", f"Object.freeze({json.dumps(list(words))})", meaning)
             for name, words, meaning in names
             if words or name == "JOINTS"
         ),
@@ -185,61 +156,3 @@ def _constants(kernels: Kernels) -> tuple[tuple[str, str, str, str], ...]:
 
 def _number(value: float) -> str:
     return Real.DOUBLE.literal(Fraction(value))
-
-
-def _function(kernels: Kernels, program: Program) -> Function:
-    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
-    sentences = f"{brief(program.signature)} Costs {operation_line(program)}."
-    notes = () if branches is None else branch_lines(branches, LINE, (Real.DOUBLE,))
-    inputs = tuple(Argument(each.name, _stored(each), input_text(each), "") for each in program.signature.inputs)
-    return Function(
-        name=program.quantity.function,
-        heading=(*textwrap.wrap(sentences, LINE, break_on_hyphens=False), *notes),
-        inputs=inputs,
-        results=tuple(
-            Argument(each.name, _stored(each), _meaning(program, each), _kind(each))
-            for each in program.signature.results
-        ),
-        body=_body(program),
-        is_batched=any(each.size for each in inputs),
-    )
-
-
-def _stored(array: Array) -> int:
-    return array.blocks * array.stored
-
-
-def _kind(array: Array) -> str:
-    """Flags are whole numbers."""
-    return "Uint8Array" if array.name == "valid" else "Float64Array"
-
-
-def _meaning(program: Program, array: Array) -> str:
-    order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
-    return f"{result_text(array)}{f', in the order of {order}' if array.per_frame else ''}"
-
-
-def _body(program: Program) -> tuple[str, ...]:
-    """The statements, and the constant last row of each matrix."""
-    variables = [_entry(array.name, index) for array in program.signature.inputs for index in range(array.size)]
-    printer = Printer(SYNTAX, variables)
-    results = program.signature.results
-    places = [
-        _entry(array.name, block * array.stored + index)
-        for array in results
-        for block in range(array.blocks)
-        for index in range(array.size // array.blocks)
-    ]
-    rows = [
-        printer.assignment(_entry(array.name, block * array.stored + 12 + column), Constant(Fraction(value)))
-        for array in results
-        if array.is_pose
-        for block in range(array.blocks)
-        for column, value in enumerate((0, 0, 0, 1))
-    ]
-    return (*printer.lines(program, places), *rows)
-
-
-def _entry(name: str, index: int) -> str:
-    """A number of one configuration; where that begins is an argument."""
-    return f"{name}[{name}_at + {index}]" if index else f"{name}[{name}_at]"
