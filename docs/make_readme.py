@@ -44,6 +44,7 @@ PAGES = tuple(
         "docs/actuators.md",
         "docs/calibration.md",
         "docs/inverse.md",
+        "docs/javascript.md",
         "docs/orientation.md",
         "docs/python.md",
         "docs/velocities.md",
