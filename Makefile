@@ -41,7 +41,7 @@ test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as r
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
 
-test-languages: $(VENV)/.dev ## proves every output of every robot in JavaScript, which takes Node.js
+test-languages: $(VENV)/.dev ## proves every output in JavaScript, which takes Node.js
 	$(BIN)/python -m pytest tests/languages -n $(JOBS) -m languages $(PYTEST_OPTIONS)
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits

@@ -31,6 +31,9 @@ POINTS = 4
 _MOVED = 0.015625
 """What is added to an entry, to see what depends on it."""
 
+_ROUNDED = 1e-13
+"""What is added to all entries, to see which results are decided by rounding."""
+
 _STILL = 1e-9
 """Numbers that move less, relative to the largest, do not depend on it."""
 
@@ -113,19 +116,28 @@ def _moved(
     values: Mapping[str, Numbers],
     entries: Sequence[tuple[str, tuple[int, ...]]],
 ) -> list[list[Numbers]]:
-    """For each entry and each result, which numbers move with the entry."""
+    """For each entry and each result, which numbers move with the entry, and are not moved by rounding as well."""
     if not entries:
         return []
     stacked = {
         name: np.concatenate(
-            [value, *(_with(value, place, _MOVED, add=True) if name == other else value for other, place in entries)]
+            [
+                value,
+                value + _ROUNDED,
+                *(_with(value, place, _MOVED, add=True) if name == other else value for other, place in entries),
+            ]
         )
         for name, value in values.items()
     }
     returned = [
-        found.reshape(len(entries) + 1, -1, *found.shape[1:]) for found in _returned(robot, quantity, results, stacked)
+        found.reshape(len(entries) + 2, -1, *found.shape[1:]) for found in _returned(robot, quantity, results, stacked)
     ]
-    return [[_differ(found[0], found[index + 1]) for found in returned] for index in range(len(entries))]
+    # Of an orientation that is singular everywhere, rounding decides how two angles share their sum.
+    steady = [~_differ(found[0], found[1]) for found in returned]
+    return [
+        [_differ(found[0], found[index + 2]) & still for found, still in zip(returned, steady, strict=True)]
+        for index in range(len(entries))
+    ]
 
 
 def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt, real: str) -> None:
