@@ -108,4 +108,4 @@ def test_commands_call_tips_by_their_names(tmp_path: Path, capsys: pytest.Captur
     assert f"it has 4 tips, not one: {', '.join(TIPS)}" in capsys.readouterr().out
     assert main(["show", str(path)]) == 0
     shown = capsys.readouterr().out
-    assert all(f"base_T_{tip} =" in shown for tip in TIPS)
+    assert all(f"base_T_{tip}" in shown for tip in TIPS)
