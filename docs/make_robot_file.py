@@ -207,6 +207,7 @@ FEATURES: tuple[tuple[str, Callable[[Robot, str], bool]], ...] = (
     ("a convention for one row", lambda robot, _: len({row.convention for row in robot.rows} - {Convention.ETS}) > 1),
     *((f"a {kind} row", _has_type(kind)) for kind in JointType),
     ("a tree, with `parent`", lambda robot, _: robot.is_tree),
+    ("named tips", lambda robot, _: any(frame.tip for frame in robot.frames)),
     ("`offset`", _writes(r"^ *- .*\b(theta|d): q,.*\boffset:")),
     ("`limits`", lambda robot, _: any(variable.limits for variable in robot.variables)),
     ("`base`", lambda robot, _: bool(robot.base)),

@@ -10,6 +10,7 @@ carry, and a Python module that evaluates poses in bulk. Data goes one way, from
     native/     C text         -> callable       compiled extension, threads, arrays
     verify/     callable       -> Proof          the proof, against reference/
     boards/     C text         -> Cost           emulated microcontrollers: the same bits, flash, stack, instructions
+    prove/      C text         -> Evidence       run-time errors of the C, by Frama-C where it is installed
     workspace/  callable       -> Workspace      what the tip reaches: extents, volume, pictures, clouds of points
     build.py    the stages in order, timed; what they found as one record
     cli/        one module per subcommand

@@ -3,13 +3,12 @@
     python scripts/prove_eva.py             proves everything and rewrites the page; fails at an alarm
     python scripts/prove_eva.py --current   says whether the page is about the kernels as they are emitted now
 
-What is proved, and how, stands in the page and in tests/prove/. On Debian, Frama-C is the package frama-c-base.
+What is proved, and how, is in the page and in kinegen/prove/. On Debian, Frama-C is the package frama-c-base.
 """
 
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # The drivers are part of the tests and in no package.
 
-from tests.prove.eva import PACKAGE, PROGRAM, Outcome, analyse, version  # noqa: E402
+from kinegen.prove.eva import Outcome, analyse, require_program, version  # noqa: E402
 from tests.prove.page import Proof, digests, digests_of, page, proofs  # noqa: E402
 
 PAGE = ROOT / "docs" / "proof.md"
@@ -30,9 +29,7 @@ def main(arguments: list[str]) -> int:
     before = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
     if arguments == ["--current"]:
         return _tell_whether_current(before)
-    if shutil.which(PROGRAM) is None:
-        print(f"error: {PROGRAM} is not installed (Debian: apt-get install --no-install-recommends {PACKAGE})")
-        return 1
+    require_program()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         done = list(pool.map(_prove, proofs()))
     failed = [proof.subject for proof, outcome in done if not outcome.proves(proof.driver)]
@@ -48,7 +45,7 @@ def main(arguments: list[str]) -> int:
 
 def _prove(proof: Proof) -> tuple[Proof, Outcome]:
     begin = time.perf_counter()
-    outcome = analyse(proof.driver, proof.special)
+    outcome = analyse(proof.driver)
     LOGS.mkdir(parents=True, exist_ok=True)
     (LOGS / f"{proof.driver.name}.txt").write_text(outcome.text, encoding="utf-8")
     word = "proved" if outcome.proves(proof.driver) else f"NOT PROVED, {outcome.alarms} alarms, {outcome.open} open"

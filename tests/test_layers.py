@@ -30,7 +30,7 @@ ROWS = (
     ("kinegen.ir",),
     ("kinegen.emit",),
     ("kinegen.native",),
-    ("kinegen.boards", "kinegen.verify", "kinegen.workspace"),
+    ("kinegen.boards", "kinegen.prove", "kinegen.verify", "kinegen.workspace"),
     ("kinegen.results",),
     ("kinegen.build", "kinegen.unchanged"),
     ("kinegen.cli",),

@@ -21,7 +21,7 @@ from kinegen.cli.interrupt import remembering
 from kinegen.cli.terminal import complain
 from kinegen.errors import KinegenError, OutputError
 
-COMMANDS = ("build", "show", "check", "inspect", "fk", "size", "workspace", "schema")
+COMMANDS = ("build", "show", "check", "inspect", "fk", "size", "prove", "workspace", "schema")
 """The subcommands, each in the module of that name, as its `command`."""
 
 INTERRUPTED = 130

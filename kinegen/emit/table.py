@@ -10,7 +10,7 @@ import math
 
 from kinegen.emit.functions import LINE
 from kinegen.emit.kernels import Kernels
-from kinegen.naming import comment_text
+from kinegen.naming import comment_text, macro
 from kinegen.outputs import Kind
 from kinegen.robot import keys
 from kinegen.robot.expressions import Expression, ExpressionError, evaluate, linear, names, substitute
@@ -43,6 +43,19 @@ def table_title(robot: Robot) -> str:
     what = f"{', '.join(used)} convention" if used else "elementary transforms"
     units = f"lengths in {robot.units.length}, angles in {robot.units.angle}"
     return f"Table of {comment_text(robot.source)}, {what}, {units}:"
+
+
+def tip_lines(robot: Robot) -> tuple[str, ...]:
+    """One line for each tip of a tree: its macro, its place in the results, and the row that it is on."""
+    if not robot.is_tree:
+        return ()
+    links = robot.frame_links
+    rows = [
+        (macro(robot.name, f"TIP_{tip}"), f"{place}", tip, f"on {links[tip]}" if tip in links else "")
+        for place, tip in enumerate(robot.tips)
+    ]
+    widths = [max(len(row[place]) for row in rows) for place in range(4)]
+    return tuple("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
 def command_line(kernels: Kernels) -> str:

@@ -118,7 +118,7 @@ class Converter:
 
     def frame(self, raw: RawFrame) -> Frame:
         """Convert one named frame."""
-        return Frame(raw.name, raw.parent, self.steps(raw), raw.line)
+        return Frame(raw.name, raw.parent, self.steps(raw), raw.line, raw.tip)
 
     def steps(self, raw: RawFrame) -> tuple[Step, ...]:
         """Convert the steps of base, tool or a named frame."""

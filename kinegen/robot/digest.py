@@ -24,9 +24,11 @@ def digest(robot: Robot) -> str:
 def _plain(value: object) -> object:
     """Records become lists that begin with their type, so that no two of them look alike."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = [getattr(value, field.name) for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
-        # A robot without actuators keeps the hash that it had before there were any.
-        return [type(value).__name__, *(_plain(field) for field in fields if field != NO_ACTUATORS)]
+        names = [field.name for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
+        found = {name: getattr(value, name) for name in names}
+        # A robot without actuators or named tips keeps the hash that it had before there were any.
+        kept = [each for name, each in found.items() if each != NO_ACTUATORS and (name, each) != ("tip", False)]
+        return [type(value).__name__, *map(_plain, kept)]
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if isinstance(value, Enum):

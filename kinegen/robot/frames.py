@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from kinegen.robot import keys
-from kinegen.robot.expressions import ZERO
+from kinegen.robot.expressions import ZERO, Expression
 from kinegen.robot.fields import accept_name, expected, fail, quote, within
 from kinegen.robot.model import BASE, TOOL, WRIST, Dimension, StepKind
-from kinegen.robot.nodes import items, mapping, named, word
+from kinegen.robot.nodes import choice, items, mapping, named, word
 from kinegen.robot.slots import RawFrame, RawRow, RawStep, read_slot, read_steps
 from kinegen.robot.yaml_tree import Node
 
@@ -51,12 +51,42 @@ def read_frames(node: Node | None, rows: tuple[RawRow, ...], *, tree: bool) -> t
             if "parent" not in fields:
                 fail("key 'parent' is missing (a row, base, tool, wrist or another frame)", value.line)
             parent = word(fields["parent"], "the name of a frame")
-            line = fields["parent"].line
-            frames[key.text] = RawFrame(f"frame '{key.text}'", key.text, parent, _transform(fields), line)
+            line, tip = fields["parent"].line, _is_tip(key.text, fields.get("tip"), tree=tree)
+            frames[key.text] = RawFrame(f"frame '{key.text}'", key.text, parent, _transform(fields), line, tip)
     for frame in frames.values():
         with within(frame.where, frame.line):
             _check_parent(frame, rows, frames, tree=tree)
-    return _parents_first(frames)
+    ordered = _parents_first(frames)
+    _check_tips(ordered)
+    return ordered
+
+
+def _is_tip(name: str, node: Node | None, *, tree: bool) -> bool:
+    """Whether a frame is marked as a tip, which means something in a tree alone."""
+    if node is None:
+        return False
+    with within("tip", node.line):
+        is_tip = choice(node, "value", keys.BOOLEANS) == "true"
+        if is_tip and not tree:
+            fail(f"a chain has one tip, its tool; move the tool, or build the output pose@{name}")
+    return is_tip
+
+
+def _check_tips(frames: tuple[RawFrame, ...]) -> None:
+    """Refuse a tip that nothing moves, and the same tip under two names."""
+    links: dict[str, str] = {}
+    places: dict[tuple[str, tuple[tuple[StepKind, Expression], ...]], RawFrame] = {}
+    for frame in frames:
+        links[frame.name] = links.get(frame.parent, frame.parent)
+        if not frame.tip:
+            continue
+        with within(frame.where, frame.line):
+            if links[frame.name] == BASE:
+                fail("tip: the frame is on base, where no joint moves it; a tip is on a row")
+            steps = tuple((step.kind, step.slot.expression) for step in frame.steps)
+            other = places.setdefault((frame.parent, steps), frame)
+            if other is not frame:
+                fail(f"tip: it is the same tip as frame '{other.name}' (line {other.line})")
 
 
 def _refuse_clash(name: str, rows: tuple[RawRow, ...], frames: dict[str, RawFrame]) -> None:

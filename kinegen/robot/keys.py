@@ -94,7 +94,11 @@ TRANSFORM = {
     "rpy": "Roll, pitch and yaw about the fixed axes x, y and z, turned in this order.",
     "ets": "Elementary transforms in order, instead of xyz and rpy.",
 }
-FRAME = {"parent": "A row, base, tool, wrist or another frame."} | TRANSFORM
+FRAME = (
+    {"parent": "A row, base, tool, wrist or another frame."}
+    | TRANSFORM
+    | {"tip": "Whether the frame is a tip of a tree; the row that it is on is then not one itself."}
+)
 
 ACTUATORS = {
     "readings": "What each motor reads, in the order of the actuator vector: angle, length or number.",

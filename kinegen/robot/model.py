@@ -179,12 +179,14 @@ class Frame:
         parent: The robot's `root`, `TOOL`, `WRIST`, a row or another frame.
         steps: From the parent to this frame.
         line: Line of the file.
+        tip: Whether it is a tip; in trees alone.
     """
 
     name: str
     parent: str
     steps: tuple[Step, ...]
     line: int
+    tip: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,8 +279,27 @@ class Robot:
 
     @property
     def tips(self) -> tuple[str, ...]:
-        """Frames whose poses the pose kernel computes: `TOOL` for a chain, every leaf for a tree."""
-        return self.leaves if self.is_tree else (TOOL,)
+        """Frames whose poses the pose kernel computes: `TOOL` for a chain.
+
+        For a tree: the named tips, and every leaf that no named tip is on, in the order of the links that they are on.
+        """
+        if not self.is_tree:
+            return (TOOL,)
+        links, named = self.frame_links, {row.name: list[str]() for row in self.rows}
+        for frame in self.frames:
+            if frame.tip:
+                named[links[frame.name]].append(frame.name)
+        leaves = frozenset(self.leaves)
+        own = {link: [link] * (link in leaves) for link in named}
+        return tuple(tip for link, tips in named.items() for tip in (tips or own[link]))
+
+    @property
+    def frame_links(self) -> dict[str, str]:
+        """The row that each named frame is on, directly or by way of other frames; the root, `TOOL` or `WRIST` too."""
+        links: dict[str, str] = {}
+        for frame in self.frames:
+            links[frame.name] = links.get(frame.parent, frame.parent)
+        return links
 
     @property
     def frame_names(self) -> tuple[str, ...]:

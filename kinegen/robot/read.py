@@ -56,7 +56,7 @@ def read_robot(root: Mapping) -> RawRobot:
     tree = _is_tree(rows)
     _check_row_names(rows)
     if tree and "tool" in fields:
-        fail("a robot with several tips has no tool; add fixed rows or frames instead", fields["tool"].line)
+        fail("a robot with several tips has no tool; add frames with tip: true instead", fields["tool"].line)
     return RawRobot(
         name=name,
         description=description,

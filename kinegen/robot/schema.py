@@ -119,6 +119,8 @@ def _transform(meanings: Mapping[str, str], required: tuple[str, ...]) -> Schema
     values = {"xyz": triple, "rpy": triple, "ets": _ref("steps")}
     if "parent" in meanings:
         values["parent"] = _ref("name")
+    if "tip" in meanings:
+        values["tip"] = {"type": "boolean"}
     other = [{"required": ["xyz"]}, {"required": ["rpy"]}]
     excluded = {"if": {"required": ["ets"]}, "then": {"not": {"anyOf": other}}}
     return {**_object(_described(meanings, values), required), **excluded}

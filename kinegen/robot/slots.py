@@ -98,6 +98,7 @@ class RawFrame:
     parent: str
     steps: tuple[RawStep, ...]
     line: int
+    tip: bool = False
 
 
 def read_slot(

@@ -44,6 +44,7 @@ def require_tables(robot: Robot, package: ModuleType, quantities: tuple[Quantity
         if not agree(found, wanted):
             raise ProofError(f"{robot.name}: {name} of the package is {found}, expected {wanted}; nothing was written")
     _require_defaults(robot, package)
+    _require_names(robot, package, quantities)
     if any(quantity.kind in DRIVEN for quantity in quantities):
         _require_check(robot, package)
 
@@ -77,6 +78,33 @@ def python_tables(robot: Robot, quantities: tuple[Quantity, ...]) -> dict[str, A
         units = {Dimension.LENGTH: robot.units.length, Dimension.ANGLE: "rad", Dimension.NUMBER: ""}
         found["ACTUATOR_UNITS"] = tuple(units[reading.dimension] for reading in robot.actuators.readings)
     return found
+
+
+def _require_names(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...]) -> None:
+    """Kernels whose results have an axis of tips or frames know their names, and where each part of a result is."""
+    for quantity in quantities:
+        kernel: Any = getattr(package, quantity.function)
+        wanted = quantity_frames(robot, quantity)
+        if not hasattr(kernel, "by_name"):
+            continue
+        if tuple(kernel.names) != tuple(wanted):
+            reason = f"{quantity.function} of the package names {kernel.names}, expected {tuple(wanted)}"
+            raise ProofError(f"{robot.name}: {reason}; nothing was written")
+        for layout in ("4x4", "joint_major"):
+            _require_parts(robot, kernel, layout)
+
+
+def _require_parts(robot: Robot, kernel: Any, layout: str) -> None:
+    """The parts of a result by name are its equal shares, in order."""
+    shapes = [each.shape if layout == "4x4" else (each.size, 1) for each in kernel.results]
+    whole = tuple(np.arange(math.prod(shape), dtype=float).reshape(shape) for shape in shapes)
+    parts = kernel.named(whole if len(whole) > 1 else whole[0], layout=layout)
+    for index, name in enumerate(kernel.names):
+        found = parts[name] if len(whole) > 1 else (parts[name],)
+        for part, array in zip(found, whole, strict=True):
+            if not np.array_equal(part.ravel(), np.split(array.ravel(), len(kernel.names))[index]):
+                reason = f"{kernel.__name__} of the package gives another part as that of {name}, in layout {layout}"
+                raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
 def default_parameters(robot: Robot) -> dict[str, float]:

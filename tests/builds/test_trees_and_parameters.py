@@ -64,7 +64,7 @@ def poses(robot: Robot, frames: tuple[str, ...], q: np.ndarray) -> np.ndarray:
 
 
 def test_the_tips_of_a_hand_come_in_the_order_of_its_table(hand: ModuleType) -> None:
-    assert hand.TIPS == ("thumb_5", "index_3", "middle_3", "ring_3", "little_3")
+    assert hand.TIPS == ("thumb_tip", "index_tip", "middle_tip", "ring_tip", "little_tip")
 
 
 @pytest.mark.parametrize(("dtype", "tolerance"), REAL)

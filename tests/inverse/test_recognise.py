@@ -46,7 +46,7 @@ FAMILIES = {
 
 REASONS = {
     "blocks": "it has no joint variable",
-    "hand": "it has 5 tips, not one",
+    "hand": "it has 5 tips, not one: thumb_tip, index_tip, middle_tip, ring_tip, little_tip",
     "screw": "joint 1 (spindle) moves more than one thing: a screw, or a row that follows it",
     "panda": "no family of closed forms has the joints RRRRRRR",
     "calibrated_2r": "joint 2 (joint_2): its direction depends on the runtime parameter skew, tilt",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-SLOW = ("test_eva.py", "test_controls.py")
+SLOW = ("test_eva.py", "test_controls.py", "test_command.py")
 """The files whose tests need Frama-C."""
 
 

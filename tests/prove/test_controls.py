@@ -11,9 +11,10 @@ import pytest
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
+from kinegen.prove.driver import Driver, guard_driver, kernel_driver, pair_driver
+from kinegen.prove.eva import PACKAGE, PROGRAM, Outcome, analyse
+from kinegen.prove.ranges import joint_range
 from tests.emit.emitted import kernels
-from tests.prove.driver import Driver, guard_driver, joint_range, kernel_driver, pair_driver
-from tests.prove.eva import PACKAGE, PROGRAM, Outcome, analyse
 
 pytestmark = pytest.mark.skipif(
     shutil.which(PROGRAM) is None,
@@ -136,7 +137,7 @@ def test_a_pair_without_its_guard_is_noticed(real: Real) -> None:
     unguarded = replace(driver, files={"main.c": text})
 
     assert count == 1
-    assert not analyse(unguarded, "none").proves(unguarded)
+    assert not analyse(unguarded).proves(unguarded)
 
 
 def test_code_that_is_not_reached_is_noticed() -> None:

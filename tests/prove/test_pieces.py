@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from kinegen.emit.reals import Real
+from kinegen.prove.driver import any_between, kernel_driver, literal
+from kinegen.prove.eva import read
+from kinegen.prove.pieces import cuts, multiple_of
+from kinegen.prove.ranges import joint_range
 from tests.emit.emitted import kernels
-from tests.prove.driver import any_between, joint_range, kernel_driver, literal
-from tests.prove.eva import read
 from tests.prove.page import digests_of
-from tests.prove.pieces import cuts, multiple_of
 
 KINDS: dict[Real, Any] = {Real.DOUBLE: np.float64, Real.FLOAT: np.float32}
 

@@ -34,7 +34,7 @@ from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.emit.table import command_line, table_lines, table_title
+from kinegen.emit.table import command_line, table_lines, table_title, tip_lines
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
@@ -94,6 +94,7 @@ class KernelContext:
     joints: tuple[str, ...]
     table_title: str
     table: tuple[str, ...]
+    tips: tuple[str, ...]
     command: tuple[str, ...]
     actuators: tuple[str, ...]
     parameters: tuple[str, ...]
@@ -152,6 +153,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         joints=joint_lines(robot),
         table_title=table_title(robot),
         table=table_lines(robot),
+        tips=tip_lines(robot),
         command=tuple(textwrap.wrap(command_line(kernels), LINE - 4, break_long_words=False, break_on_hyphens=False)),
         actuators=actuator_lines(kernels),
         parameters=parameter_lines(robot),

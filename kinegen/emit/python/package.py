@@ -35,6 +35,9 @@ RUNTIME = ("_kernel.py", "_engines.py", "_plain.py", "_quick.py", "_threads.py",
 MEASURES = "_measures.py"
 """What is copied besides where there are Jacobians."""
 
+NAMES = "_names.py"
+"""What is copied besides where results have an axis of tips or frames."""
+
 NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
 """What is copied besides for the search for joint values."""
 
@@ -72,6 +75,11 @@ class PublicKernel:
     wrapper: str
     notes: tuple[str, ...]
     options: tuple[str, ...]
+
+    @property
+    def is_named(self) -> bool:
+        """Whether its results have an axis of tips or frames."""
+        return self.wrapper.startswith("NamedKernel")
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +125,7 @@ class PackageContext:
     kernels: tuple[PublicKernel, ...]
     reals: str
     plain: bool
+    named: bool
     has_jacobians: bool
     numeric_inverse: Numeric | None
     stamp: str
@@ -162,13 +171,15 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         example=example(kernels),
         kernels=functions,
         reals=f"({', '.join(_quoted(_DTYPES[real] for real in reals))}{',' if len(reals) == 1 else ''})",
-        plain=any("[" in function.wrapper for function in functions),
+        plain=any(function.wrapper.startswith("Kernel") for function in functions),
+        named=any(function.is_named for function in functions),
         has_jacobians=has_jacobians,
         numeric_inverse=_numeric(kernels) if kernels.numeric_inverse else None,
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
     files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
+    files += (NAMES,) * context.named
     files += INVERSE * bool(context.branches)
     files += NUMERIC * kernels.numeric_inverse
     banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
@@ -192,7 +203,7 @@ def _exported(
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
-    names += ["BRANCHES"] * any(function.options for function in functions)
+    names += ["BRANCHES"] * any(function.wrapper == "Inverse" for function in functions)
     names += ["ACTUATORS", "ACTUATOR_RANGES", "ACTUATOR_UNITS", "check_actuators"] * has_actuators(kernels)
     names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
     return tuple(sorted(names, key=_export_key))
@@ -206,7 +217,8 @@ def _export_key(name: str) -> tuple[int, str]:
 def _public(program: Program, branches: Branches | None) -> PublicKernel:
     results = program.signature.results
     order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
-    several = f", in the order of `{order}`" if any(array.per_frame for array in results) else ""
+    has_names = all(array.per_frame for array in results)
+    several = f", in the order of `{order}`" if has_names else ""
     given = " and ".join(f"{array.name} of shape {_batch_shape(array)}" for array in program.signature.inputs)
     if len(results) == 1:
         gives = _batch_shape(results[0])
@@ -221,10 +233,15 @@ def _public(program: Program, branches: Branches | None) -> PublicKernel:
         results=_arrays(results),
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
-        wrapper="Inverse" if inverse else f"Kernel[{kind}]",
+        wrapper="Inverse" if inverse else f"{'Named' * has_names}Kernel[{kind}]",
         notes=branch_lines(inverse, LINE - 4, tuple(Real)) if inverse else (),
-        options=_inverse_options(inverse) if inverse else (),
+        options=_inverse_options(inverse) if inverse else _name_options(order) * has_names,
     )
+
+
+def _name_options(order: str) -> tuple[str, ...]:
+    """Further arguments of a kernel whose results have an axis of tips or frames, as lines."""
+    return (f"names={order},", f'word="{order.lower().removesuffix("s")}",')
 
 
 def _inverse_options(inverse: Branches) -> tuple[str, ...]:

@@ -124,7 +124,7 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
         The axes; or, where they do not tell the whole motion, the reasons, one line each.
     """
     if robot.is_tree:
-        return (f"it has {len(robot.tips)} tips, not one",)
+        return (f"it has {len(robot.tips)} tips, not one: {', '.join(robot.tips)}",)
     if not robot.dof:
         return ("it has no joint variable",)
     values = symbols(robot, keep_parameters=False)

@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.prove.driver import Driver
+from kinegen.errors import KinegenError, MissingToolError
+from kinegen.prove.driver import Claim, Driver
 
 PROGRAM = "frama-c"
 PACKAGE = "frama-c-base"
 """The Debian package it comes in."""
+
+_SAID = 3
+"""Lines of Frama-C that an error repeats."""
+
+_WRAPPING = ("-warn-unsigned-overflow", "-warn-unsigned-downcast")
+"""Alarms where unsigned integers wrap round, which C defines."""
 
 OPTIONS = (
     # 32-bit words, little-endian: like the Cortex-M and RISC-V boards; there is no machine description of their own.
@@ -47,6 +56,7 @@ class Outcome:
         open: Assertions and preconditions that are not proved.
         assertions: Assertions that are.
         unreached: Statements of the program that were not come to.
+        messages: One line for each alarm and each assertion that is not proved: file, line and what may go wrong.
         shown: Hull of each value that the program shows, by name.
         summary: Eva's own summary.
         text: Everything Frama-C said.
@@ -57,34 +67,54 @@ class Outcome:
     open: int
     assertions: int
     unreached: int
+    messages: tuple[str, ...]
     shown: Mapping[str, tuple[float, float]]
     summary: str
     text: str
 
     def proves(self, driver: Driver) -> bool:
         """Whether all of the program was reached, nothing in it can fail, and every assertion holds."""
-        failures = (self.alarms, self.complaints, self.open, self.unreached)
-        return failures == (0, 0, 0, 0) and self.assertions == driver.assertions
+        failures = (self.alarms, self.complaints, self.open)
+        # What is claimed to be defined may hold branches that no input of the range takes.
+        reached = self.unreached == 0 or driver.claim is Claim.DEFINED
+        return failures == (0, 0, 0) and reached and self.assertions == driver.assertions
 
 
-def analyse(driver: Driver, special: str = "non-finite") -> Outcome:
+def options_for(driver: Driver) -> tuple[str, ...]:
+    """The options with which a program is analysed.
+
+    Roots, arc tangents and integers use unsigned numbers that wrap round; where such functions are claimed to be
+    defined, wrapping round raises no alarm, and neither do infinities and NaN.
+    """
+    is_finite = driver.claim is Claim.FINITE
+    kept = tuple(option for option in OPTIONS if is_finite or option not in _WRAPPING)
+    return (*kept, "-warn-special-float", "non-finite" if is_finite and not driver.special else "none")
+
+
+def command_for(driver: Driver) -> str:
+    """The command as a shell takes it, in the folder of the program's files."""
+    return shlex.join([PROGRAM, *options_for(driver), "main.c"])
+
+
+def analyse(driver: Driver) -> Outcome:
     """Analyse a program.
 
     Args:
         driver: The program.
-        special: Which numbers raise an alarm where they come up: `non-finite` or `none`.
 
     Returns:
         What Eva found.
 
     Raises:
-        RuntimeError: If Frama-C did not come to an end.
+        MissingToolError: If Frama-C is not installed.
+        KinegenError: If it did not come to an end.
     """
+    require_program()
     with tempfile.TemporaryDirectory(prefix="prove-") as place:
         for name, text in driver.files.items():
             (Path(place) / name).write_text(text, encoding="utf-8")
         done = subprocess.run(
-            [PROGRAM, *OPTIONS, "-warn-special-float", special, "main.c"],
+            [PROGRAM, *options_for(driver), "main.c"],
             cwd=place,
             env={**os.environ, "PWD": place},  # which Frama-C believes
             stdout=subprocess.PIPE,
@@ -93,8 +123,18 @@ def analyse(driver: Driver, special: str = "non-finite") -> Outcome:
             check=False,
         )
     if done.returncode != 0 or "ANALYSIS SUMMARY" not in done.stdout:
-        raise RuntimeError(f"{PROGRAM} did not finish {driver.name}:\n{done.stdout[-4000:]}")
+        said = [line for line in done.stdout.splitlines() if line.strip()]
+        raise KinegenError(f"{PROGRAM} did not finish {driver.name}: {'; '.join(said[-_SAID:]) or 'it said nothing'}")
     return read(done.stdout)
+
+
+def require_program() -> None:
+    """Say how to install Frama-C where it is missing."""
+    if shutil.which(PROGRAM) is None:
+        raise MissingToolError(
+            f"{PROGRAM} is not installed (Debian: apt-get install --no-install-recommends {PACKAGE}; "
+            "elsewhere: opam install frama-c)"
+        )
 
 
 def version() -> str:
@@ -124,10 +164,17 @@ def read(text: str) -> Outcome:
         open=sum(int(unknown) + int(invalid) for _, _, unknown, invalid in logic),
         assertions=sum(int(valid) for kind, valid, _, _ in logic if kind == "Assertions"),
         unreached=int(reached[2]) - int(reached[1]) if reached else -1,
+        messages=_messages(text),
         shown=_shown(text),
         summary="\n".join(line.rstrip() for line in summary.splitlines() if line.strip().strip("-")),
         text=text,
     )
+
+
+def _messages(text: str) -> tuple[str, ...]:
+    """The alarms, each with its place."""
+    found = re.findall(r"^\[eva:alarm\] (\S+:\d+): Warning:\s+(.+(?:\n  .*)*)", text, re.M)
+    return tuple(dict.fromkeys(f"{place}: {' '.join(words.split()).rstrip(';')}" for place, words in found))
 
 
 def _shown(text: str) -> dict[str, tuple[float, float]]:

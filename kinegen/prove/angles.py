@@ -1,4 +1,4 @@
-"""The angles whose sines and cosines a kernel takes, over a box of joint values, rounded as the kernel rounds them."""
+"""The angles whose sines and cosines a kernel takes, over a box of inputs, rounded as the kernel rounds them."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ import numpy as np
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, RuntimeParameter, Statement, Temporary, Variable
-
-Box = tuple[tuple[float, float], ...]
-"""Lower and upper bound of each joint variable."""
+from kinegen.prove.ranges import Box
 
 _KINDS: Mapping[Real, Any] = {Real.DOUBLE: np.float64, Real.FLOAT: np.float32}
 _COMBINED: Mapping[Operator, Callable[..., Any]] = {
@@ -26,20 +24,21 @@ _COMBINED: Mapping[Operator, Callable[..., Any]] = {
 }
 
 
-def angle_range(kernels: Kernels, real: Real, box: Box) -> tuple[float, float]:
+def angle_range(kernels: Kernels, real: Real, box: Box, most: float = np.inf) -> tuple[float, float]:
     """The smallest and the largest angle whose sine and cosine the kernels take.
 
     Args:
         kernels: The robot and its programs.
         real: The number type.
-        box: The joint values; its ends are rounded outwards.
+        box: The inputs, those of each program in order; its ends are rounded outwards.
+        most: What stands for an angle that is not a sum of inputs, to either side.
 
     Returns:
         Numbers of the type; zero lies between them.
     """
     found = [(0.0, 0.0)]
     for program in kernels.programs:
-        sums = _Sums(kernels, real, box, {statement.name: statement for statement in program.statements})
+        sums = _Sums(kernels, real, box, {statement.name: statement for statement in program.statements}, most)
         angles = {each.operands[0] for each in program.statements if each.operator in (Operator.SIN, Operator.COS)}
         found += [sums.bounds(angle) for angle in angles]
     return min(float(low) for low, _ in found), max(float(high) for _, high in found)
@@ -62,6 +61,7 @@ class _Sums:
     real: Real
     box: Box
     statements: Mapping[str, Statement]
+    most: float
 
     def bounds(self, operand: Operand) -> tuple[Any, Any]:
         """The smallest and the largest value of an operand."""
@@ -79,6 +79,9 @@ class _Sums:
                 return self._combined(self.statements[name])
 
     def _combined(self, statement: Statement) -> tuple[Any, Any]:
+        if statement.operator not in _COMBINED:
+            kind = _KINDS[self.real]
+            return kind(-self.most), kind(self.most)
         parts = [self.bounds(operand) for operand in statement.operands]
         ends = [_COMBINED[statement.operator](*choice) for choice in itertools.product(*parts)]
         return min(ends), max(ends)

@@ -1,0 +1,277 @@
+"""C programs for Frama-C: emitted kernels, called with every input of a range.
+
+The kernels are included as they were emitted. A driver puts a function of its own in the place of their sine-cosine
+pair, by the macro that boards use for theirs: it compares the angle with the cuts of `pieces.py` and, in every branch,
+calls the emitted pair with what it was given. The program computes what the kernels compute; but Frama-C analyses the
+pair once for each piece.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinegen.emit.c.arguments import computed, declared, given
+from kinegen.emit.c.kernel import emit_kernel, limit_names
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.emit.sincos import SINCOS
+from kinegen.ir.program import Program
+from kinegen.naming import c_file, function, macro, prefix, sincos_macro
+from kinegen.older import StrEnum
+from kinegen.outputs import Array
+from kinegen.prove.angles import angle_range, rounded
+from kinegen.prove.pieces import cuts, pair_text
+from kinegen.prove.ranges import Box, input_ranges, joint_range
+from kinegen.robot.model import Robot
+
+FARTHEST = 5 * 2 * math.pi
+"""Angles beyond this are analysed in one piece: nothing is proved of them, and the program stays small."""
+
+HEAD = '#include "__fc_builtin.h"\n\n'
+
+
+class Claim(StrEnum):
+    """What is to be shown of a function."""
+
+    FINITE = "finite"
+    """No run-time error, no infinity and no NaN on the way, and finite results."""
+    DEFINED = "defined"
+    """No run-time error, whatever the inputs are, infinities and NaN among them; every result is set, to some number,
+    infinity or NaN."""
+
+
+@dataclass(frozen=True, slots=True)
+class Driver:
+    """A program for Frama-C.
+
+    Attributes:
+        name: What it proves, as a file name.
+        files: The C files of the program by name; `main.c` includes the others.
+        assertions: How many assertions it holds.
+        claim: What is to be shown; it decides which operations raise an alarm.
+        special: Whether infinities and NaN are wanted on the way, though the claim is `FINITE` otherwise.
+    """
+
+    name: str
+    files: dict[str, str]
+    assertions: int
+    claim: Claim = Claim.FINITE
+    special: bool = False
+
+
+def kernel_driver(
+    kernels: Kernels,
+    real: Real,
+    box: Box | None = None,
+    files: dict[str, str] | None = None,
+    claim: Claim = Claim.FINITE,
+) -> Driver:
+    """A program that calls kernels of a number type with every input of a box.
+
+    Args:
+        kernels: The robot and the programs that are called.
+        real: The number type.
+        box: The joint values, where the claim is `FINITE`; `joint_range` if left out.
+        files: Other files in place of those that are emitted for these programs.
+        claim: What is to be shown of each.
+
+    Returns:
+        The program. It shows the hull of the rotation entries and of the positions of each kernel, or of its results.
+    """
+    robot = kernels.robot
+    source = c_file(robot.name, "c", real)
+    inputs = {array.name: (array, program) for program in kernels.programs for array in given(program)}
+    ranges = {name: _bounds(robot, array, box) for name, (array, _) in inputs.items()}
+    lines = [HEAD, _any_number(real) if claim is Claim.DEFINED else "", _pair_in_pieces(kernels, real, ranges)]
+    lines.append(f'#include "{source}"\n\nint main(void)\n{{\n')
+    for name, (array, program) in inputs.items():
+        lines.append(f"    {real} {declared(kernels, program, array)};\n")
+        lines += [
+            f"    {name}[{place}] = {any_between(real, *ends) if claim is Claim.FINITE else 'any_number()'};\n"
+            for place, ends in enumerate(ranges[name])
+        ]
+    for program in kernels.programs:
+        lines.append(_call(kernels, program, real, claim))
+    lines.append("    return 0;\n}\n")
+    count = sum(len(computed(program)) for program in kernels.programs)
+    return Driver(
+        prefix(robot.name, real), {"main.c": "".join(lines), **(files or emit_kernel(kernels, real))}, count, claim
+    )
+
+
+def limits_driver(kernels: Kernels, real: Real, name: str, files: dict[str, str]) -> Driver:
+    """A program that calls `within_limits` or `clamp` with every joint vector, infinities and NaN among them.
+
+    Args:
+        kernels: The robot and its programs.
+        real: The number type.
+        name: Which of the two.
+        files: The emitted files.
+
+    Returns:
+        The program. The first gives 0 or 1; the second a vector within the limits, with NaN where there was one.
+    """
+    robot = kernels.robot
+    called, dof = function(robot.name, name, real), macro(robot.name, "DOF")
+    low, high = limit_names(robot, real)
+    if name == "clamp":
+        kept = f"\\is_NaN(clamped[i]) || ({low}[i] <= clamped[i] <= {high}[i])"
+        body = (
+            f"    {real} clamped[{dof}];\n    {called}(q, clamped);\n    //@ loop unroll {robot.dof};\n"
+            f"    for (int i = 0; i < {robot.dof}; i++) {{\n        /*@ assert {kept}; */\n    }}\n"
+        )
+    else:
+        body = f"    const int within = {called}(q);\n    /*@ assert within == 0 || within == 1; */\n"
+    values = "".join(f"    q[{index}] = any_number();\n" for index in range(robot.dof))
+    main = f"int main(void)\n{{\n    {real} q[{dof}];\n{values}{body}    return 0;\n}}\n"
+    text = f'{HEAD}{_any_number(real)}#include "{c_file(robot.name, "c", real)}"\n\n{main}'
+    return Driver(called, {"main.c": text, **files}, 1, Claim.DEFINED)
+
+
+def pair_driver(real: Real) -> Driver:
+    """A program that calls the pair with every angle of its stated range at once."""
+    limit = SINCOS[real].limit
+    body = f"    const {real} x = {any_between(real, -limit, limit)};\n{_pair_call(real)}"
+    body += "    /*@ assert \\is_finite(s) && \\is_finite(c); */\n"
+    return Driver(f"pair_{real}", {"main.c": _pair_program(real, body)}, 1)
+
+
+def guard_driver(real: Real) -> Driver:
+    """A program that calls the pair with everything outside its stated range: larger angles, infinities, NaN."""
+    limit = SINCOS[real].limit
+    kind = np.float32 if real is Real.FLOAT else np.float64
+    beyond, largest = float(np.nextafter(kind(limit), kind(np.inf))), float(np.finfo(kind).max)
+    outside = {
+        "above": any_between(real, beyond, largest),
+        "below": any_between(real, -largest, -beyond),
+        "infinite": f"{literal(real, largest)} * {literal(real, 2.0)}",
+        "minus infinite": f"-{literal(real, largest)} * {literal(real, 2.0)}",
+        "not a number": f"0.0{_suffix(real)} / 0.0{_suffix(real)}",
+    }
+    body = ""
+    for place, value in outside.items():
+        call = _pair_call(real).replace("    ", "        ")
+        check = "        /*@ assert \\is_NaN(s) && \\is_NaN(c); */\n"
+        body += f"    /* {place} */\n    {{\n        const {real} x = {value};\n{call}{check}    }}\n"
+    return Driver(f"guard_{real}", {"main.c": _pair_program(real, body)}, len(outside), special=True)
+
+
+def any_between(real: Real, low: float, high: float) -> str:
+    """An expression that may be any number of the type from low to high; the ends are rounded outwards."""
+    return f"Frama_C_{real}_interval({literal(real, low, -math.inf)}, {literal(real, high, math.inf)})"
+
+
+def literal(real: Real, value: float, towards: float | None = None) -> str:
+    """A number of the type, exactly; one that the type does not hold is rounded to nearest, or else outwards."""
+    return f"{rounded(real, value, towards).hex()}{_suffix(real)}"
+
+
+def _suffix(real: Real) -> str:
+    return "f" if real is Real.FLOAT else ""
+
+
+def _pair_program(real: Real, body: str) -> str:
+    return f"{HEAD}{pair_text('pair', real)}\n\nint main(void)\n{{\n{body}    return 0;\n}}\n"
+
+
+def _pair_call(real: Real) -> str:
+    return f"    {real} s;\n    {real} c;\n    pair_sincos(x, &s, &c);\n"
+
+
+def _any_number(real: Real) -> str:
+    """A function that may give every number of the type, infinities and NaN among them."""
+    largest = float(np.finfo(np.float32 if real is Real.FLOAT else np.float64).max)
+    end, zero = literal(real, largest), f"0.0{_suffix(real)}"
+    cases = (
+        f"case 0: return {end} * {literal(real, 2.0)};",
+        f"case 1: return -{end} * {literal(real, 2.0)};",
+        f"case 2: return {zero} / {zero};",
+        f"default: return {any_between(real, -largest, largest)};",
+    )
+    body = "".join(f"    {case}\n" for case in cases)
+    return f"static {real} any_number(void)\n{{\n    switch (Frama_C_interval(0, 3)) {{\n{body}    }}\n}}\n\n"
+
+
+def _bounds(robot: Robot, array: Array, box: Box | None) -> Box:
+    """Lower and upper bound of each number of an input."""
+    if array.name == "q":
+        return box or joint_range(robot)
+    return tuple((each.low, each.high) for each in input_ranges(robot, array))
+
+
+def _numbers(program: Program, ranges: dict[str, Box]) -> Iterator[tuple[float, float]]:
+    """The bounds of the inputs of a program as its variables count them: of matrices the upper three rows."""
+    for array in given(program):
+        yield from ranges[array.name][: array.size]
+
+
+def _pair_in_pieces(kernels: Kernels, real: Real, ranges: dict[str, Box]) -> str:
+    """The emitted pair, the function that calls it in pieces, and the macro that puts this one in its place."""
+    robot = kernels.robot.name
+    stem = prefix(robot, real)
+    found = [
+        angle_range(replace(kernels, programs=(program,)), real, tuple(_numbers(program, ranges)), FARTHEST)
+        for program in kernels.programs
+    ]
+    low, high = min(low for low, _ in found), max(high for _, high in found)
+    places = cuts(real, max(low, -FARTHEST), min(high, FARTHEST))
+    return (
+        f"{pair_text(stem, real)}\n\n"
+        f"static void {stem}_sincos_in_pieces(const {real} x, {real} *s, {real} *c)\n{{\n"
+        f"    {real} sine;\n    {real} cosine;\n"
+        f"{_branches(places, f'{stem}_sincos(x, &sine, &cosine);', real, '    ')}"
+        f"    *s = sine;\n    *c = cosine;\n}}\n\n"
+        f"#define {sincos_macro(robot, real)}(x, s, c) {stem}_sincos_in_pieces((x), (s), (c))\n\n"
+    )
+
+
+def _branches(places: Sequence[float], call: str, real: Real, indent: str) -> str:
+    """Finds the piece of an angle by halving; the same call stands in every leaf."""
+    if not places:
+        return f"{indent}{call}\n"
+    middle = len(places) // 2
+    low = _branches(places[:middle], call, real, f"{indent}  ")
+    high = _branches(places[middle + 1 :], call, real, f"{indent}  ")
+    return f"{indent}if (x < {literal(real, places[middle])}) {{\n{low}{indent}}} else {{\n{high}{indent}}}\n"
+
+
+def _call(kernels: Kernels, program: Program, real: Real, claim: Claim) -> str:
+    """A block that calls one kernel, asserts what is claimed of its results and shows what they may be."""
+    robot = kernels.robot
+    results = computed(program)
+    arguments = [array.name for array in given(program)]
+    arguments += [f"&{prefix(robot.name, real)}_default_params"] if robot.runtime_parameters else []
+    arguments += [array.name for array in results]
+    lines = ["{", *(f"    {real} {declared(kernels, program, array)};" for array in results)]
+    lines.append(f"    {function(robot.name, program.quantity.function, real)}({', '.join(arguments)});")
+    claimed = "is_finite(entry[i])" if claim is Claim.FINITE else "initialized(&entry[i])"
+    for place, result in enumerate(results):
+        total, entry = result.blocks * result.stored, f"entry{place or ''}"
+        first = f"&{result.name}[0]{'[0]' * result.per_frame}"
+        lines += [
+            f"    const {real} *const {entry} = {first};",
+            f"    //@ loop unroll {total};",
+            f"    for (int i = 0; i < {total}; i++) {{",
+            f"        /*@ assert \\{claimed.replace('entry', entry)}; */",
+            "    }",
+        ]
+    if claim is Claim.FINITE:
+        lines += [f"    {show}" for result in results for show in _shows(program, result)]
+    return "".join(f"    {line}\n" for line in [*lines, "}"])
+
+
+def _shows(program: Program, result: Array) -> Iterator[str]:
+    """What makes Frama-C print the hull of a result."""
+    name = program.quantity.function
+    place = f"{result.name}[Frama_C_interval(0, {result.blocks - 1})]" if result.per_frame else result.name
+    if result.is_pose:
+        yield f"Frama_C_show_each_{name}_position({place}[4 * Frama_C_interval(0, 2) + 3]);"
+        yield f"Frama_C_show_each_{name}_rotation({place}[4 * Frama_C_interval(0, 2) + Frama_C_interval(0, 2)]);"
+    elif result.name.startswith("base_p_"):
+        yield f"Frama_C_show_each_{name}_position({place}[Frama_C_interval(0, 2)]);"
+    else:
+        yield f"Frama_C_show_each_{name}_{result.name}({place}[Frama_C_interval(0, {result.stored - 1})]);"
