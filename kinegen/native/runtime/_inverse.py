@@ -38,7 +38,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         **options: Any,
     ) -> None:
         super().__init__(name, **options)
-        self._chooses = _chooser(name, turnings, options) if turnings else None
+        self.turnings = turnings
+        self.chooses = _chooser(name, turnings, options) if turnings else None
 
     def __call__(
         self,
@@ -120,11 +121,11 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
     ) -> tuple[Floats, Truths]:
         """The valid solutions nearest to joint vectors, and whether there are any."""
         name = self.__name__
-        if self._chooses is None or len(inputs) != 1:
+        if self.chooses is None or len(inputs) != 1:
             raise TypeError(f"{name} takes 1 array (base_T_tool), {len(inputs)} given")
         targets = checked_targets(name, inputs[0]) if check else self._checked_input(self.inputs[0], inputs[0], layout)
         wanted = self._wanted(nearest, targets.shape[:-2], self._result_type([targets]))
-        q, exists = self._chooses(targets, wanted, params=checked_params(name, params, self._params), threads=threads)
+        q, exists = self.chooses(targets, wanted, params=checked_params(name, params, self._params), threads=threads)
         return q, exists != 0
 
     def _wanted(self, nearest: ArrayLike, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
