@@ -120,7 +120,7 @@ def kernels(robot: str, quantity: Quantity) -> Kernels:
 def best(case: Case) -> Cost:
     """The better of the optimisation levels."""
     costs = measure(kernels(case.robot, case.quantity), case.real, TARGETS[case.target])
-    return better([cost for cost in costs if cost.quantity == case.quantity])
+    return better([cost for cost in costs if cost.name == str(case.quantity)])
 
 
 def measured_tables(figures: Figures) -> dict[str, str]:

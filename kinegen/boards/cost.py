@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from kinegen.boards.emulator import HungError, run_program
 from kinegen.boards.figures import Calls, Cost
-from kinegen.boards.programs import build_program, write_measured, write_search
+from kinegen.boards.programs import Measured, build_program, write_measured, write_nearest, write_search
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
 from kinegen.emit.fixed import Q30
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.nearest import NAME as NEAREST
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
 from kinegen.ir.program import Program, count
-from kinegen.outputs import NUMERIC_INVERSE
+from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
@@ -37,7 +39,8 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
         target: The processor.
 
     Returns:
-        For each program, and the numeric inverse if there is one, one entry for each of `OPTIMISATIONS`.
+        For each program, the choice among solutions and the numeric inverse if there are any, one entry for each of
+        `OPTIMISATIONS`.
 
     Raises:
         MissingToolError: If there is no compiler for the target; the message names the package.
@@ -47,11 +50,38 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
         raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
     find_cross_compiler(target)
     costs = []
-    for program in (*kernels.programs, *([None] if kernels.numeric_inverse else [])):
+    for subject in _subjects(kernels, real):
         for optimisation in OPTIMISATIONS:
             with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
-                costs.append(_measure(kernels, program, real, target, optimisation, Path(folder)))
+                costs.append(_measure(subject, real, target, optimisation, Path(folder)))
     return tuple(costs)
+
+
+@dataclass(frozen=True, slots=True)
+class _Subject:
+    """What is measured: a kernel, the choice among the solutions of an inverse, or the search.
+
+    Attributes:
+        quantity: What it computes.
+        part: See `Cost`.
+        write: Writes its C and the program around it into a folder.
+        program: Its program; none for the choice and the search.
+    """
+
+    quantity: Quantity
+    part: str
+    write: Callable[[Path], Measured]
+    program: Program | None = None
+
+
+def _subjects(kernels: Kernels, real: str) -> Iterator[_Subject]:
+    for program in kernels.programs:
+        own = replace(kernels, programs=(program,))
+        yield _Subject(program.quantity, "", partial(write_measured, kernels=own, real=real), program)
+        if program.quantity.kind is Kind.INVERSE:
+            yield _Subject(program.quantity, "nearest", partial(write_nearest, kernels=own, real=Real(real)))
+    if kernels.numeric_inverse:
+        yield _Subject(NUMERIC_INVERSE, "", partial(write_search, kernels=kernels, real=Real(real)))
 
 
 def better(costs: Sequence[Cost]) -> Cost:
@@ -59,14 +89,8 @@ def better(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: (cost.calls.most if cost.calls else 0, cost.flash))
 
 
-def _measure(
-    kernels: Kernels, program: Program | None, real: str, target: Target, optimisation: str, folder: Path
-) -> Cost:
-    """The cost of one kernel; without a program, that of the numeric inverse."""
-    if program is None:
-        measured = write_search(folder, kernels, Real(real))
-    else:
-        measured = write_measured(folder, replace(kernels, programs=(program,)), real)
+def _measure(subject: _Subject, real: str, target: Target, optimisation: str, folder: Path) -> Cost:
+    program, measured = subject.program, subject.write(folder)
     flags = (optimisation, f"-DREPEATS={measured.repeats}")
     built = build_program(target, folder, measured.files, SOURCES / "cost.c", real, flags)
     calls, deepest, missing = _run(target, built, measured.repeats)
@@ -76,17 +100,18 @@ def _measure(
     return Cost(
         target=target.name,
         compiler=f"{compiler.command[0]} {compiler.version}",
-        quantity=program.quantity if program else NUMERIC_INVERSE,
+        quantity=subject.quantity,
         real=real,
         optimisation=optimisation,
         function_flash=_symbol_size(target, own[-1], measured.name),
         flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
-        # The search calls its functions one after the other, not each from within the one before.
+        # The search and the choice call their functions one after the other, not each from within the one before.
         stack=deepest if deepest and program is None else max(deepest, accounted),
         calls=calls,
         unit=target.unit,
         operations=count(program) if program else None,
         missing=missing,
+        part=subject.part,
     )
 
 
@@ -110,8 +135,9 @@ def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int
 
 
 def _accounted_stack(usage: Path) -> int:
-    """The kernel's stack and that of the sine-cosine pair, the only function that it calls."""
-    return sum(int(line.split("\t")[1]) for line in usage.read_text(encoding="utf-8").splitlines())
+    """The kernel's stack and that of the functions that it calls; not that of the choice, which calls the kernel."""
+    lines = [line.split("\t") for line in usage.read_text(encoding="utf-8").splitlines()]
+    return sum(int(size) for place, size, *_ in lines if not place.endswith(NEAREST))
 
 
 def _flash(target: Target, program: Path) -> int:

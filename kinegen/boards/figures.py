@@ -43,6 +43,7 @@ class Cost:
         unit: `instructions` or `cycles`.
         operations: Operations of the program; none for a search, which takes as many as it needs.
         missing: Why there are no `calls`; empty where there are.
+        part: What the function has in its name after the kernel's: `nearest` for the choice among its solutions.
     """
 
     target: str
@@ -57,10 +58,16 @@ class Cost:
     unit: str
     operations: Count | None
     missing: str = ""
+    part: str = ""
+
+    @property
+    def name(self) -> str:
+        """What was measured, as reports name it."""
+        return f"{self.quantity}_{self.part}" if self.part else str(self.quantity)
 
     def record(self) -> dict[str, Any]:
         """The same in plain values, for JSON."""
-        return asdict(self) | {"quantity": str(self.quantity)}
+        return asdict(self) | {"quantity": self.name}
 
 
 def reasons(costs: Sequence[Cost]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, compile_object, link
 from kinegen.emit.c.arguments import flat_call, given
 from kinegen.emit.c.kernel import KernelContext, emit_kernel, kernel_context
+from kinegen.emit.c.nearest import nearest_of
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse, solver_context
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
@@ -22,7 +23,8 @@ from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.naming import function
+from kinegen.errors import KinegenError
+from kinegen.naming import function, prefix
 from kinegen.outputs import POSE_AND_JACOBIAN, Kind
 
 NOTHING = "board_nothing"
@@ -140,6 +142,28 @@ def write_measured(folder: Path, kernels: Kernels, real: str) -> Measured:
     examples = _examples(reachable_poses(kernels.robot, starts=False), real) if is_inverse else ()
     files = _write(folder, [kernel], _with_nothing(folder, entry, prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, entry.name, 8)
+
+
+def write_nearest(folder: Path, kernels: Kernels, real: Real) -> Measured:
+    """The same for the choice of the solution nearest to a joint vector, which is near one of them.
+
+    Args:
+        folder: An existing folder.
+        kernels: A robot with one program, its inverse.
+        real: The number type.
+
+    Returns:
+        The program.
+    """
+    kernel, nearest, dof = printed(kernels, real), nearest_of(kernels, real), kernels.robot.dof
+    if nearest is None:
+        raise KinegenError(f"{kernels.robot.name} has no inverse to choose from")
+    parameters = f"&{prefix(kernels.robot.name, real)}_default_params, " if nearest.params_type else ""
+    call = f"(void){nearest.name}(q, q + 16, {parameters}result)"
+    entry = TableEntry(nearest.name, "", call, 16 + dof, dof, kernel.beyond)
+    examples = _examples(reachable_poses(kernels.robot, starts=True), real)
+    files = _write(folder, [kernel], _with_nothing(folder, entry, nearest.prototype, kernel.header), examples)
+    return Measured((*files, folder / "nothing.c"), 1, nearest.name, 8)
 
 
 def write_search(folder: Path, kernels: Kernels, real: Real) -> Measured:

@@ -53,8 +53,8 @@ def usual_costs(kernels: Kernels) -> tuple[Cost, ...]:
     if known is not None:
         return known.costs
     costs = measure(kernels, Real.FLOAT, target)
-    quantities = dict.fromkeys(cost.quantity for cost in costs)
-    chosen = tuple(better([cost for cost in costs if cost.quantity == quantity]) for quantity in quantities)
+    names = dict.fromkeys(cost.name for cost in costs)
+    chosen = tuple(better([cost for cost in costs if cost.name == name]) for name in names)
     if all(cost.calls is not None for cost in chosen):
         store.save_record(key, _Kept(chosen))
     return chosen

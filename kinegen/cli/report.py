@@ -61,7 +61,7 @@ def _cost_lines(result: BuildResult) -> list[str]:
     rows = [("    kernel", "flags", "flash", "stack", result.costs[0].unit)]
     for cost in result.costs:
         figures = (f"{cost.flash} B", f"{cost.stack} B", str(cost.calls or "-"))
-        rows.append((f"    {cost.quantity}", cost.optimisation, *figures))
+        rows.append((f"    {cost.name}", cost.optimisation, *figures))
     title = f"float on {result.costs[0].target} ({result.costs[0].compiler})"
     missing = [
         line

@@ -92,11 +92,11 @@ def _table(costs: list[Cost]) -> list[str]:
 
     rows = [("kernel", "real", "flags", "function", "flash", "stack", costs[0].unit, "", "operations")]
     for cost in costs:
-        rivals = [other for other in costs if (other.quantity, other.real) == (cost.quantity, cost.real)]
+        rivals = [other for other in costs if (other.name, other.real) == (cost.name, cost.real)]
         first = cost is rivals[0]
         rows.append(
             (
-                str(cost.quantity) if first else "",
+                cost.name if first else "",
                 cost.real if first else "",
                 cost.optimisation,
                 str(cost.function_flash),

@@ -41,11 +41,13 @@ typedef PyObject *(*Vectorcall)(PyObject *self, PyObject *const *args, size_t na
 typedef struct {
     Vectorcall call;
     const Entry *entry;
+    const Entry *nearest;     /* of an inverse: the kernel of the solution nearest to a joint vector */
     const void *params[2];    /* for double and for float; the object of Python keeps them alive */
 } Quick;
 
 static Py_ssize_t quick_place;    /* of Quick in the objects; one for all classes of a process */
 static void **numpy;              /* the functions of NumPy, by number */
+static PyObject *truths[2];       /* False and True of NumPy */
 
 /* The numbers are the same from NumPy 1.7 to 2. */
 #define ARRAY_VERSION() (((unsigned int (*)(void))numpy[0])())
@@ -294,6 +296,48 @@ static int is_target(const void *data, int type)
     return is_pose(m, type == NPY_DOUBLE ? 1e-6 / 4 : 1e-4 / 4);
 }
 
+/* A call of an inverse with one target and a joint vector: `inverse(T, nearest=q0)`. */
+static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *names)
+{
+    const Quick *const quick = quick_of(self);
+    const Entry *const entry = quick->nearest;
+    PyArrayObject *arrays[4];
+    Place places[4];
+    Call call;
+    double exists;
+    PyObject *result;
+    int found;
+    if (take_inputs(entry, args, arrays) != 0 || !read_single(entry, arrays, 2, places, &call)
+        || !is_target(places[0].data, call.type)) {
+        return call_slowly(self, args, 1, names);
+    }
+    arrays[2] = (PyArrayObject *)NEW_ARRAY(1, entry->forms[2].shape, call.type);
+    result = arrays[2] == NULL ? NULL : PyTuple_New(2);
+    if (result == NULL) {
+        Py_XDECREF(arrays[2]);
+        return NULL;
+    }
+    places[2] = (Place){PyArray_DATA(arrays[2]), 0, 1};
+    places[3] = (Place){&exists, 0, 1};
+    found = entry->run(quick->params, places, &call, LAYOUT_4X4);
+    PyTuple_SetItem(result, 0, (PyObject *)arrays[2]);
+    if (!found) {
+        Py_DECREF(result);
+        return call_slowly(self, args, 1, names);
+    }
+    found = (call.type == NPY_DOUBLE ? exists : (double)*(const float *)(const void *)&exists) != 0;
+    Py_INCREF(truths[found]);
+    PyTuple_SetItem(result, 1, truths[found]);
+    return result;
+}
+
+/* Whether a call has one named argument of this name. */
+static int is_alone(PyObject *names, const char *name)
+{
+    return names != NULL && PyTuple_Size(names) == 1
+        && PyUnicode_CompareWithASCIIString(PyTuple_GetItem(names, 0), name) == 0;
+}
+
 /* A call of an inverse with one target: `inverse(T)`. Validity comes as truth values. */
 static PyObject *call_inverse(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
 {
@@ -306,6 +350,7 @@ static PyObject *call_inverse(PyObject *self, PyObject *const *args, size_t narg
     double valid[MOST_BRANCHES];
     npy_bool *truths;
     int type;
+    if (count == 1 && quick->nearest != NULL && is_alone(names, "nearest")) return call_nearest(self, args, names);
     if (count != 1 || names != NULL || take_inputs(entry, args, arrays) != 0
         || !read_single(entry, arrays, 1, places, &call) || !is_target(places[0].data, call.type)) {
         return call_slowly(self, args, count, names);
@@ -342,6 +387,14 @@ static int find_numpy(void)
         Py_XDECREF(table);
         Py_XDECREF(module);
         PyErr_Clear();
+    }
+    if (numpy != NULL && truths[1] == NULL) {
+        PyObject *const module = PyImport_ImportModule("numpy");
+        if (module != NULL) truths[0] = PyObject_GetAttrString(module, "False_");
+        if (module != NULL) truths[1] = PyObject_GetAttrString(module, "True_");
+        Py_XDECREF(module);
+        PyErr_Clear();
+        if (truths[0] == NULL || truths[1] == NULL) return 0;
     }
     return numpy != NULL && (ARRAY_VERSION() >> 24 == 1 || ARRAY_VERSION() >> 24 == 2);
 }
@@ -417,6 +470,7 @@ static PyObject *quicken(PyObject *module, PyObject *args)
     for (int i = 0; i < 2; ++i) quick->params[i] = PyLong_AsVoidPtr(addresses[i]);
     if (PyErr_Occurred()) return NULL;
     quick->entry = entry;
+    quick->nearest = is_inverse ? find_entry("inverse_nearest") : NULL;
     quick->call = is_inverse ? call_inverse : call_kernel;
     return PyBool_FromLong(1);
 }

@@ -41,11 +41,18 @@ class Function:
         name: Its name after the robot's prefix, such as `fk`.
         inputs: What it is given, in order.
         results: What it gives, in order.
+        returns_last: Whether the scalar kernel returns the last result, a truth value, instead of storing it.
     """
 
     name: str
     inputs: tuple[Array, ...]
     results: tuple[Array, ...]
+    returns_last: bool = False
+
+    @property
+    def stored(self) -> tuple[Array, ...]:
+        """The results that the scalar kernel stores."""
+        return self.results[:-1] if self.returns_last else self.results
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +106,8 @@ def declarations(interface: Interface) -> str:
             ]
         for function in interface.functions:
             lines.append(f"{_pointers(interface, function, real)};")
-            lines.append(f"void {prefix}_{function.name}({_scalar_arguments(interface, function, real)});")
+            kind = "int" if function.returns_last else "void"
+            lines.append(f"{kind} {prefix}_{function.name}({_scalar_arguments(interface, function, real)});")
             lines.append(
                 f"void {prefix}_{function.name}_batch({', '.join(batch_arguments(interface, function, real))});"
             )
@@ -199,7 +207,7 @@ def _letter(declared: str) -> str:
 def _scalar_arguments(interface: Interface, function: Function, real: str) -> str:
     parts = [f"const {real} {array.name}[{array.stored}]" for array in function.inputs if array.size]
     parts += [f"const {interface.params(real)} *params"] * bool(interface.parameters)
-    for array in function.results:
+    for array in function.stored:
         outer = f"[{array.blocks}]" if array.per_frame else ""
         parts += [f"{real} {array.name}{outer}[{array.stored}]"] * bool(array.size)
     return ", ".join(parts) or "void"
@@ -215,12 +223,13 @@ def _pointers(interface: Interface, function: Function, real: str) -> str:
 def _pointers_definition(interface: Interface, function: Function, real: str) -> str:
     arguments = [array.name for array in function.inputs if array.size]
     arguments += ["params"] * bool(interface.parameters)
-    for array in function.results:
+    for array in function.stored:
         place = f"({real} (*)[{array.stored}]){array.name}" if array.per_frame else array.name
         arguments += [place] * bool(array.size)
     arrays = (*function.inputs, *function.results)
     unused = "".join(f"    (void){array.name};\n" for array in arrays if not array.size)
-    call = f"    {interface.prefix(real)}_{function.name}({', '.join(arguments)});"
+    answer = f"{function.results[-1].name}[0] = ({real})" if function.returns_last else ""
+    call = f"    {answer}{interface.prefix(real)}_{function.name}({', '.join(arguments)});"
     return f"{_pointers(interface, function, real)}\n{{\n{unused}{call}\n}}\n"
 
 
@@ -301,5 +310,5 @@ def _entries(interface: Interface) -> str:
 
 
 def _form(array: Array) -> str:
-    shape = ", ".join(str(extent) for extent in array.shape)
+    shape = ", ".join(str(extent) for extent in array.shape or (0,))
     return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}, {int(not array.size)}}}"

@@ -13,6 +13,7 @@ from types import ModuleType
 
 from kinegen.emit.files import stamp_of
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.nearest import NAME, nearest_signature
 from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension, compile_extension
@@ -20,6 +21,7 @@ from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
 from kinegen.native.search import search_declarations, search_glue
+from kinegen.outputs import Kind
 
 _numbers = itertools.count()
 
@@ -32,12 +34,15 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         reals: Number types.
     """
     robot = kernels.robot
+    functions = [
+        Function(program.quantity.function, program.signature.inputs, program.signature.results)
+        for program in kernels.programs
+    ]
+    if any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
+        functions.append(Function(NAME, *nearest_signature(robot), returns_last=True))
     return Interface(
         symbol=robot.name,
-        functions=tuple(
-            Function(program.quantity.function, program.signature.inputs, program.signature.results)
-            for program in kernels.programs
-        ),
+        functions=tuple(functions),
         reals=tuple(real.value for real in reals),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
         numeric_inverse=kernels.numeric_inverse,

@@ -106,6 +106,7 @@ def _in_variant(package: ModuleType, kernel: Any, params: Any, name: str, layout
 def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
     """A kernel of a package as it would be without the compiled extension."""
     params = getattr(package, "Params", None)
+    turnings = getattr(kernel, "turnings", None)
     return type(kernel)(
         quantity.function,
         module=package.__name__,
@@ -115,6 +116,7 @@ def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
         reals=tuple(str(dtype) for dtype in DTYPES.values()),
         formula=getattr(sys.modules[f"{package.__name__}._numpy"], quantity.function),
         params=params() if params else None,
+        **({} if turnings is None else {"turnings": turnings}),
     )
 
 

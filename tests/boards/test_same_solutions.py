@@ -43,10 +43,16 @@ def write(folder: Path, real: Real, quantities: tuple[Quantity, ...], entry: Tab
 
 
 def closed_form(folder: Path, real: Real) -> list[Path]:
-    """All solutions for the pose of a joint vector."""
-    stem = prefix(ARM, real)
-    calls = ("real pose[16]", f"{stem}_fk(q, pose)", f"{stem}_inverse(pose, result, result + {DOF * BRANCHES})")
-    entry = TableEntry("inverse", "", "; ".join(calls), DOF, DOF * BRANCHES + BRANCHES, "1")
+    """All solutions for the pose of a joint vector, and the one nearest to a vector half a turn from it."""
+    stem, count = prefix(ARM, real), DOF * BRANCHES
+    calls = (
+        "real pose[16], near[6]",
+        f"{stem}_fk(q, pose)",
+        f"{stem}_inverse(pose, result, result + {count})",
+        *(f"near[{joint}] = q[{joint}] + (real){3 * (-1) ** joint}" for joint in range(DOF)),
+        f"result[{count + BRANCHES}] = (real){stem}_inverse_nearest(pose, near, result + {count + BRANCHES + 1})",
+    )
+    entry = TableEntry("inverse", "", "; ".join(calls), DOF, count + BRANCHES + 1 + DOF, "1")
     return write(folder, real, (Quantity.POSE, parse_quantity("inverse")), entry, c_file(ARM, "h", real))
 
 

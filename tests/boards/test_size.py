@@ -56,6 +56,20 @@ def test_the_table_has_two_rows_for_each_kernel_and_names_the_better(capsys: pyt
 
 
 @pytest.mark.boards
+def test_the_choice_among_solutions_is_measured_beside_them(capsys: pytest.CaptureFixture[str]) -> None:
+    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
+        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    status = main(["size", str(ROBOT), "--outputs", "inverse", "--json"])
+    costs = json.loads(capsys.readouterr().out)["costs"]
+
+    assert status == 0
+    assert [cost["quantity"] for cost in costs] == ["inverse"] * 2 + ["inverse_nearest"] * 2
+    for alone, chosen in zip(costs[:2], costs[2:], strict=True):
+        assert alone["calls"]["most"] < chosen["calls"]["most"] < 3 * alone["calls"]["most"]
+        assert alone["stack"] < chosen["stack"]
+
+
+@pytest.mark.boards
 def test_the_document_holds_everything(capsys: pytest.CaptureFixture[str]) -> None:
     if shutil.which("avr-gcc") is None or shutil.which("simavr") is None:
         pytest.skip("needs avr-gcc and simavr")

@@ -28,6 +28,20 @@ def _inverse(
     )
 
 
+def _nearest(
+    name: str,
+    file: str,
+    old: str,
+    new: str,
+    message: str,
+    *,
+    real: str = "double",
+    count: int = 1,
+    after: str = "_inverse_nearest",
+) -> Sabotage:
+    return _inverse(f"nearest: {name}", file, old, new, message, real=real, count=count, after=after)
+
+
 def _search(name: str, old: str, new: str, message: str, *, real: str = "double", file: str = "") -> Sabotage:
     named = file or (SEARCH if real == "double" else SINGLE_SEARCH)
     return Sabotage(f"search: {name}", ARM, "pose,numeric_inverse", named, old, new, real=real, message=message)
@@ -158,38 +172,123 @@ CASES = (
         after="BRANCHES",
     ),
     # The nearest solution.
-    _inverse(
-        "nearest takes the farthest",
-        "_inverse.py",
-        r"distances\.argmin",
-        "np.where(valid, distances, -1).argmax",
+    _nearest("a turn too many", DOUBLE, r"= within \* turn", "= (within + 1.0) * turn", "is nearer", after="_turned("),
+    _nearest("no whole turns", DOUBLE, r"= within \* turn", "= 0.0 * turn", "is nearer", after="_turned("),
+    _nearest(
+        "float counts turns down instead of to the nearest",
+        SINGLE,
+        r"turns \+ 12582912",
+        "turns - 0.5F + 12582912",
         "is nearer",
-        after="def _nearest",
+        real="float",
+        after="_turned(",
     ),
-    _inverse(
-        "nearest adds no whole turns",
-        "_inverse.py",
-        r"np\.round\(\(wanted - solutions\) / turns\)",
-        "0 * solutions",
+    _nearest(
+        "does not turn back at a limit",
+        DOUBLE,
+        r"nearest > highest\) \? 1",
+        "nearest > 99.0) ? 1",
         "is nearer",
+        after="_turned(",
+    ),
+    _nearest(
+        "ignores the limits of the hand",
+        DOUBLE,
+        r"(_turned\(s\[2\], q0\[2\], \S+, \S+,) \S+ \S+;",
+        r"\1 -99.0, 99.0);",
+        "breaks a limit",
+    ),
+    _nearest(
+        "takes the second nearest", DOUBLE, r"\(sum2 < least\)", "((sum2 > least) || (least > 1e300))", "is nearer"
+    ),
+    _nearest("takes the last solution", DOUBLE, r"\(sum2 < least\)", "(sum2 < 1e300)", "is nearer"),
+    _nearest("a joint does not count", DOUBLE, r"apart1 \* apart1", "apart1 * 0.0", "is nearer"),
+    _nearest(
+        "a joint counts twice in float",
+        SINGLE,
+        r"apart2 \* apart2",
+        "apart2 * apart2 * 2.0F",
+        "is nearer",
+        real="float",
+    ),
+    _nearest(
+        "a joint of another branch", DOUBLE, r"chosen\[1\] = moved1;", "chosen[1] += moved1;", "is nearer|none of"
+    ),
+    _nearest(
+        "takes what is not valid",
+        DOUBLE,
+        r"valid\[branch\] > 0\.0",
+        "valid[branch] >= 0.0",
+        "find what is valid|breaks a limit",
+    ),
+    _nearest("one is always found", DOUBLE, r"return serves;", "return 1;", "does not find what is valid"),
+    _nearest("numbers where there is none", DOUBLE, r"chosen\[2\] \+ nothing", "chosen[2]", "gives numbers"),
+    _nearest(
+        "is near to what is far away",
+        DOUBLE,
+        r"\(\(q0\[1\] >= \S+ && \(q0\[1\] <= \S+ \?",
+        "1 ?",
+        "near to a joint value of 1e\\+16",
+    ),
+    _nearest(
+        "the batch takes the last solution",
+        BATCH,
+        r"distance < before",
+        "distance < 1e300",
+        "is nearer",
+        count=0,
+        after="_take_nearer(",
+    ),
+    _nearest(
+        "the float batch has a joint of another branch",
+        SINGLE_BATCH,
+        r"\(distance < before\) \? moved0 : ",
+        "(distance < 1e30F) ? moved0 : ",
+        "is nearer|none of",
+        real="float",
+        after="_take_nearer(",
+    ),
+    _nearest("the batch reads another joint vector", BATCH, r"\(first \+ i\) \* q0_pose", "i * q0_pose", "is nearer"),
+    _nearest(
+        "the batch writes rows elsewhere",
+        BATCH,
+        r"joint \* q_stride \+ place",
+        "joint * q_stride + i",
+        "gives another result",
+    ),
+    _nearest(
+        "NumPy takes the last solution",
+        "_nearest.py",
+        r"distance < least",
+        "distance < largest",
+        "NumPy .* is nearer",
         after="",
     ),
-    _inverse(
-        "nearest adds turns beyond the limits",
-        "_inverse.py",
-        r"np\.maximum\(most, 0\)\)",
-        "np.maximum(most, 0) + 1)",
-        "breaks a limit|is nearer",
+    _nearest("NumPy adds no whole turns", "_nearest.py", r"np\.round\(", "0 * (", "NumPy .* is nearer", after=""),
+    _nearest(
+        "NumPy is near to what is far",
+        "_nearest.py",
+        r" & self\._are_near\(q0\)",
+        "",
+        "near to a joint value",
         after="",
     ),
-    _inverse("nearest takes NaN", "_inverse.py", r" & is_near", "", "near to a joint value of nan", after=""),
-    _inverse(
-        "the limits of nearest are others",
+    _nearest(
+        "NumPy has other limits",
         "__init__.py",
-        r"limits=LIMITS,",
-        "limits=(None, None, None),",
-        "breaks a limit|is nearer",
-        after="",
+        r"-6\.10865\d+, 6\.98131\d+",
+        "-99.0, 99.0",
+        "breaks a limit",
+        after="turnings",
+    ),
+    _nearest(
+        "NumPy has another turn",
+        "__init__.py",
+        r"\(6\.283185307179586",
+        "(6.2831",
+        "is nearer",
+        count=3,
+        after="turnings",
     ),
     # The search.
     _search(

@@ -16,6 +16,7 @@ from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import function_templates, needs_bits
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.nearest import nearest_signature
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
 from kinegen.ir.program import Constant, Program
@@ -168,6 +169,7 @@ class BatchContext:
     has_matrices: bool
     store_template: str
     functions: tuple[BatchFunction, ...]
+    nearest_arguments: str
 
 
 def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -182,6 +184,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
     """
     robot = kernels.robot
     kernel = kernel_context(kernels, real)
+    near = batch_arguments(*nearest_signature(robot), real, kernel.nearest.params_type) if kernel.nearest else ()
     header = c_file(robot.name, "h", real, batch=True)
     functions = tuple(_function(kernels, program, real) for program in kernels.programs)
     tiles = tuple(_tiles(functions, real))
@@ -199,6 +202,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         has_matrices=any(each.has_matrices for each in tiles),
         store_template=f"c/_store_{'f64' if real is Real.DOUBLE else 'f32'}.c.jinja",
         functions=functions,
+        nearest_arguments=", ".join(near),
     )
     return {
         name: environment()

@@ -17,6 +17,7 @@ from kinegen.emit.c.arguments import (
     scalar_variables,
     wrapped_prototype,
 )
+from kinegen.emit.c.nearest import Nearest, nearest_of
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
@@ -32,6 +33,7 @@ from kinegen.emit.functions import (
 from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.limits import limit_literals
+from kinegen.emit.nearest import NAME
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.table import command_line, table_lines, table_title, tip_lines
@@ -102,6 +104,7 @@ class KernelContext:
     defaults: tuple[tuple[str, str], ...]
     promises: tuple[str, ...]
     functions: tuple[Function, ...]
+    nearest: Nearest | None
     limits: tuple[tuple[str, str], ...]
     limit_names: tuple[str, str]
     dof: str
@@ -161,6 +164,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
         promises=tuple(_promises(kernels, real)),
         functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        nearest=nearest_of(kernels, real),
         limits=limit_literals(robot, real),
         limit_names=limit_names(robot, real),
         dof=macro(robot.name, "DOF"),
@@ -217,6 +221,8 @@ def _promises(kernels: Kernels, real: Real) -> list[str]:
     else:
         pure = "no state, no heap, no library, no loop"
         steps = " Of square roots, arc tangents and selections compilers may make branches; no other function has any."
+    if any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
+        pure += f" (but those of {function(kernels.robot.name, NAME, real)})"
     text = (
         f"Every function is pure: {pure}; safe from threads and interrupts. Inputs and outputs must not overlap. "
         f"Limits are not checked.{steps}"

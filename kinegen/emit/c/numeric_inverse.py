@@ -114,13 +114,10 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
     robot = kernels.robot
     stem = prefix(robot.name, real)
     header, source = (search_file(robot.name, suffix, real) for suffix in "hc")
-    box = joint_box(robot)
-    position, rotation = tolerances(robot, real)
-    angles = [variable.type is not JointType.PRISMATIC for variable in robot.variables]
-    third = Fraction(reach(robot, robot.tips)) / 3
     parameters = bool(robot.runtime_parameters)
     prototype = f"int {function(robot.name, NUMERIC_INVERSE.function, real)}({_arguments(kernels, real)})"
     return SolverContext(
+        **_numbers(robot, real),
         header=header,
         source=source,
         kernel_header=c_file(robot.name, "h", real),
@@ -142,31 +139,41 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         pass_params=" params," if parameters else "",
         pass_params_declaration=f" const {stem}_params *params," if parameters else "",
         routines=tuple(ROUTINES[real][operator] for operator in (Operator.SQRT, Operator.ATAN2)),
-        lowest=_array(real.literal(Fraction(low)) for low, _ in box),
-        highest=_array(real.literal(Fraction(high)) for _, high in box),
-        is_limited=_array(f"{int(variable.limits is not None)}" for variable in robot.variables),
-        is_angle=_array(f"{int(turns)}" for turns in angles),
-        stride=_array(real.literal(Fraction(1) if turns else third) for turns in angles),
-        tolerances=f"{float(position):.0e} {robot.units.length} and {float(rotation):.0e} rad",
-        position_tolerance=real.literal(position),
-        rotation_tolerance=real.literal(rotation),
-        length_weight=real.literal(1 / third),
-        margin=real.literal(Fraction(2, 5)),
-        damping=real.literal(Fraction(1, 10)),
-        least_damping=real.literal(Fraction(1, 10**12) if real is Real.DOUBLE else Fraction(1, 10**7)),
-        longest_step=real.literal(Fraction(4, 5)),
-        per_draw=real.literal(Fraction(1, 2**24)),
-        half=real.literal(Fraction(1, 2)),
-        half_turn=real.literal(_PI),
-        turn=real.literal(2 * _PI),
-        huge=real.literal(Fraction(10**30)),
         most_restarts=MOST_RESTARTS,
         most_samples=_SAMPLES * MOST_RESTARTS**2,
         iterations=ITERATIONS,
-        rigid=real.literal(RIGID[real] ** 2),
-        farthest=real.literal(Fraction(10**15)),
         costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(RIGID[real]):.0e}"),
     )
+
+
+def _numbers(robot: Robot, real: Real) -> dict[str, str]:
+    """The numbers of the search as C text."""
+    box = joint_box(robot)
+    position, rotation = tolerances(robot, real)
+    angles = [variable.type is not JointType.PRISMATIC for variable in robot.variables]
+    third = Fraction(reach(robot, robot.tips)) / 3
+    return {
+        "lowest": _array(real.literal(Fraction(low)) for low, _ in box),
+        "highest": _array(real.literal(Fraction(high)) for _, high in box),
+        "is_limited": _array(f"{int(variable.limits is not None)}" for variable in robot.variables),
+        "is_angle": _array(f"{int(turns)}" for turns in angles),
+        "stride": _array(real.literal(Fraction(1) if turns else third) for turns in angles),
+        "tolerances": f"{float(position):.0e} {robot.units.length} and {float(rotation):.0e} rad",
+        "position_tolerance": real.literal(position),
+        "rotation_tolerance": real.literal(rotation),
+        "length_weight": real.literal(1 / third),
+        "margin": real.literal(Fraction(2, 5)),
+        "damping": real.literal(Fraction(1, 10)),
+        "least_damping": real.literal(Fraction(1, 10**12) if real is Real.DOUBLE else Fraction(1, 10**7)),
+        "longest_step": real.literal(Fraction(4, 5)),
+        "per_draw": real.literal(Fraction(1, 2**24)),
+        "half": real.literal(Fraction(1, 2)),
+        "half_turn": real.literal(_PI),
+        "turn": real.literal(2 * _PI),
+        "huge": real.literal(Fraction(10**30)),
+        "rigid": real.literal(RIGID[real] ** 2),
+        "farthest": real.literal(Fraction(10**15)),
+    }
 
 
 def _arguments(kernels: Kernels, real: Real) -> str:

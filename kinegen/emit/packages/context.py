@@ -148,6 +148,9 @@ def _manual(kernels: Kernels, context: KernelContext) -> Manual:
         (function.prototype, brief(program.signature), operation_line(program))
         for function, program in zip(context.functions, kernels.programs, strict=True)
     )
+    if context.nearest:
+        what = f"The solution of {context.nearest.inverse} nearest to a joint vector."
+        functions = (*functions, (context.nearest.prototype, what, "one inverse, and a choice among its solutions"))
     return Manual(context.header, context.sincos.accuracy if context.sincos else "", functions)
 
 

@@ -16,6 +16,7 @@ from kinegen.emit.environment import environment
 from kinegen.emit.inverse import Branches, branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.limits import joint_limits
+from kinegen.emit.nearest import turnings
 from kinegen.emit.python.example import example
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
@@ -44,7 +45,7 @@ NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
 ACTUATORS = "_actuators.py"
 """What is copied besides where kernels take or give readings of actuators."""
 
-INVERSE = ("_inverse.py", "_targets.py")
+INVERSE = ("_inverse.py", "_nearest.py", "_targets.py")
 """What is copied besides where there is a closed-form inverse."""
 
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
@@ -145,7 +146,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     """
     robot = kernels.robot
     branches = branches_of(kernels)
-    functions = tuple(_public(program, branches) for program in kernels.programs)
+    functions = tuple(_public(robot, program, branches) for program in kernels.programs)
     has_jacobians = any(array.name == "jacobian" for program in kernels.programs for array in program.signature.results)
     has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
     context = PackageContext(
@@ -214,7 +215,7 @@ def _export_key(name: str) -> tuple[int, str]:
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
 
 
-def _public(program: Program, branches: Branches | None) -> PublicKernel:
+def _public(robot: Robot, program: Program, branches: Branches | None) -> PublicKernel:
     results = program.signature.results
     order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
     has_names = all(array.per_frame for array in results)
@@ -235,7 +236,7 @@ def _public(program: Program, branches: Branches | None) -> PublicKernel:
         operations=operation_line(program),
         wrapper="Inverse" if inverse else f"{'Named' * has_names}Kernel[{kind}]",
         notes=branch_lines(inverse, LINE - 4, tuple(Real)) if inverse else (),
-        options=_inverse_options(inverse) if inverse else _name_options(order) * has_names,
+        options=_inverse_options(robot, inverse) if inverse else _name_options(order) * has_names,
     )
 
 
@@ -244,10 +245,15 @@ def _name_options(order: str) -> tuple[str, ...]:
     return (f"names={order},", f'word="{order.lower().removesuffix("s")}",')
 
 
-def _inverse_options(inverse: Branches) -> tuple[str, ...]:
+def _inverse_options(robot: Robot, inverse: Branches) -> tuple[str, ...]:
     """Further arguments of the inverse, as lines."""
-    rooms = (f"({', '.join(map(repr, inverse.rooms[real]))}{',' * (len(inverse.turns) == 1)})" for real in Real)
-    return ("limits=LIMITS,", *_tuple_lines("turns", map(_bound, inverse.turns)), *_tuple_lines("rooms", rooms))
+    lines = []
+    for real in Real:
+        joints = (
+            f"        ({each.turn!r}, {each.lowest!r}, {each.highest!r})," for each in turnings(robot, inverse, real)
+        )
+        lines += ["    (", *joints, "    ),"]
+    return ("turnings=(", *lines, "),")
 
 
 def _arrays(arrays: tuple[Array, ...]) -> str:
@@ -258,11 +264,6 @@ def _arrays(arrays: tuple[Array, ...]) -> str:
 
 def _tuple(shape: tuple[int, ...]) -> str:
     return f"({shape[0]},)" if len(shape) == 1 else f"({', '.join(map(str, shape))})"
-
-
-def _tuple_lines(name: str, items: Iterable[str]) -> tuple[str, ...]:
-    """An argument that is a tuple, as formatters leave it."""
-    return (f"{name}=(", *(f"    {item}," for item in items), "),")
 
 
 def _batch_shape(array: Array) -> str:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Floats
-from ._kernel import Kernel, Layout, check_apart
+from ._engines import Array, Floats
+from ._kernel import Kernel, Layout, check_apart, checked_params
+from ._nearest import NearestFormula
 from ._targets import checked_targets, is_pose
 
 Truths = NDArray[np.bool_]
 
-_MOST_TURNS = {np.dtype(np.float64): 1e4, np.dtype(np.float32): 1e2}
-"""A joint value further from zero than so many whole turns has lost the digits that `nearest` is to keep."""
-
-_FARTHEST_STROKE = 1e15
+Turnings = tuple[tuple[float, float, float], ...]
 
 
 class Inverse(Kernel[tuple[Floats, Truths]]):
@@ -27,9 +24,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
 
     Args:
         name: As for a kernel, like all others.
-        limits: Lower and upper limit of each joint, or None.
-        turns: What a whole turn of each joint is in its variable; infinite for one that shifts.
-        rooms: How far outside its limits a joint of a valid solution may be, for float64 and for float32.
+        turnings: For float64 and for float32 what whole turns of each joint need, see `Turning`.
         options: As for a kernel.
     """
 
@@ -39,16 +34,12 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         self,
         name: str,
         *,
-        limits: tuple[tuple[float, float] | None, ...] = (),
-        turns: tuple[float, ...] = (),
-        rooms: tuple[tuple[float, ...], tuple[float, ...]] = ((), ()),
+        turnings: tuple[Turnings, Turnings] | None = None,
         **options: Any,
     ) -> None:
         super().__init__(name, **options)
-        unlimited = (-math.inf, math.inf)
-        self._limits = np.array([unlimited if each is None else each for each in limits], dtype=float).reshape(-1, 2)
-        self._turns = np.array(turns, dtype=float)
-        self._rooms = {np.dtype(kind): np.array(room) for kind, room in zip((float, np.float32), rooms, strict=True)}
+        self.turnings = turnings
+        self.chooses = _chooser(name, turnings, options) if turnings else None
 
     def __call__(
         self,
@@ -83,6 +74,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         """
         if nearest is not None and (out is not None or layout == "joint_major"):
             raise ValueError(f"{self.__name__}: nearest goes with neither out nor the layout joint_major")
+        if nearest is not None:
+            return self._nearest(inputs, nearest, check, params, threads, layout)
         results: tuple[Floats, Truths] | None = None
         if out is None and threads == len(inputs) == 1 and layout == "4x4":
             results = self._quickly(inputs[0], params, check)
@@ -96,7 +89,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if out is not None:
             return results
         solutions, valid = results[0], results[1].astype(np.bool_)
-        return (solutions, valid) if nearest is None else self._nearest(solutions, valid, nearest)
+        return solutions, valid
 
     def _into_truths(
         self, inputs: tuple[ArrayLike, ...], out: tuple[Floats, Truths], options: dict[str, Any]
@@ -123,21 +116,21 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, target.dtype)
         return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
-    def _nearest(self, solutions: Floats, valid: Truths, nearest: ArrayLike) -> tuple[Floats, Truths]:
-        """The valid solution nearest to a joint vector, and whether there is one."""
-        wanted, is_near = self._wanted(nearest, solutions)
-        with np.errstate(invalid="ignore", over="ignore"):
-            moved = self._turned(solutions, wanted[..., None, :])
-            distances = np.where(valid, ((moved - wanted[..., None, :]) ** 2).sum(axis=-1), np.inf)
-        best = distances.argmin(axis=-1)[..., None]
-        found: Truths = np.take_along_axis(valid, best, axis=-1)[..., 0] & is_near
-        chosen = np.take_along_axis(moved, best[..., None], axis=-2)[..., 0, :]
-        return np.where(found[..., None], chosen, np.nan).astype(solutions.dtype), found
+    def _nearest(
+        self, inputs: tuple[ArrayLike, ...], nearest: ArrayLike, check: bool, params: Any, threads: int, layout: Layout
+    ) -> tuple[Floats, Truths]:
+        """The valid solutions nearest to joint vectors, and whether there are any."""
+        name = self.__name__
+        if self.chooses is None or len(inputs) != 1:
+            raise TypeError(f"{name} takes 1 array (base_T_tool), {len(inputs)} given")
+        targets = checked_targets(name, inputs[0]) if check else self._checked_input(self.inputs[0], inputs[0], layout)
+        wanted = self._wanted(nearest, targets.shape[:-2], self._result_type([targets]))
+        q, exists = self.chooses(targets, wanted, params=checked_params(name, params, self._params), threads=threads)
+        return q, exists != 0
 
-    def _wanted(self, nearest: ArrayLike, solutions: Floats) -> tuple[Floats, Truths]:
-        """The joint vectors asked for, zeros where they cannot serve, and whether they can."""
-        given = np.asarray(nearest)
-        lead, dof = solutions.shape[:-2], solutions.shape[-1]
+    def _wanted(self, nearest: ArrayLike, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
+        """The joint vectors asked for, one for each target."""
+        given, dof = np.asarray(nearest), self.results[0].shape[-1]
         if given.dtype.kind not in "fiub" or isinstance(nearest, np.ma.MaskedArray):
             raise TypeError(f"{self.__name__}: nearest is of type {given.dtype}, expected plain real numbers")
         try:
@@ -148,23 +141,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if full is None:
             expected = ", ".join(map(str, (*lead, dof))) + ("," if not lead else "")
             raise ValueError(f"{self.__name__}: nearest has shape {given.shape}, expected ({expected}) or (..., {dof})")
-        farthest = np.where(np.isfinite(self._turns), self._turns * _MOST_TURNS[solutions.dtype], _FARTHEST_STROKE)
-        serves = np.abs(full.astype(float)) <= farthest
-        wanted: Floats = np.where(serves, full, 0).astype(solutions.dtype)
-        return wanted, serves.all(axis=-1)
-
-    def _turned(self, solutions: Floats, wanted: Floats) -> Floats:
-        """Solutions with as many whole turns added as bring them nearest within their limits."""
-        turns, (low, high), room = self._turns, self._limits.T, self._rooms[solutions.dtype]
-        count = np.round((wanted - solutions) / turns)
-        # What a solution may be outside its limits by, it may be after whole turns. One that rounding put beside its
-        # limit takes no turn the other way for that.
-        fewest, most = np.ceil((low - room - solutions) / turns), np.floor((high + room - solutions) / turns)
-        count = np.clip(count, np.minimum(fewest, 0), np.maximum(most, 0))
-        moved: Floats = np.where(
-            np.isfinite(turns), solutions + count * np.where(np.isfinite(turns), turns, 0), solutions
-        )
-        return moved.astype(solutions.dtype)
+        with np.errstate(over="ignore"):
+            return full.astype(real, copy=False)
 
 
 def _has_truths(out: Any) -> bool:
@@ -175,3 +153,16 @@ def _has_truths(out: Any) -> bool:
         and all(isinstance(each, np.ndarray) for each in out)
         and out[1].dtype == np.bool_
     )
+
+
+def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Floats]]:
+    """The kernel of the nearest solutions, made from the options of the inverse."""
+    (solutions, _), formula = options["results"], options["formula"]
+    dof = solutions.shape[-1:]
+    own: dict[str, Any] = {
+        **options,
+        "inputs": (*options["inputs"], Array("nearest", dof)),
+        "results": (Array("q", dof), Array("exists", ())),
+        "formula": NearestFormula(formula, turnings),
+    }
+    return Kernel(f"{name}_nearest", **own)

@@ -40,6 +40,19 @@ class NumericSolution(NamedTuple):
     iterations: NDArray[np.int32]
 
 
+class _Task(NamedTuple):
+    """What is searched for, one target each: targets (n, 4, 4) and starts (n, dof); parameters and effort for all."""
+
+    targets: Floats
+    starts: Floats
+    params: Any
+    effort: Effort
+
+    def part(self, first: int, last: int) -> _Task:
+        """Some of the targets."""
+        return self._replace(targets=self.targets[first:last], starts=self.starts[first:last])
+
+
 class NumericInverse:
     """The numeric inverse of a robot; its `backend` is "c" or "numpy".
 
@@ -121,28 +134,19 @@ class NumericInverse:
         effort = _effort(name, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
         given = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))])]
         found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given)
-        self._fill(targets, starts, found, chosen, effort, workers_for(threads))
+        poses = np.ascontiguousarray(targets).reshape(math.prod(lead), 4, 4)
+        self._fill(_Task(poses, starts, chosen, effort), lead, found, workers_for(threads))
         if out is None:
             others: list[Any] = [entry[()] for entry in found[1:]]
             return NumericSolution(found.q, *others)
         result: NumericSolution = out
         return result
 
-    def _fill(
-        self,
-        targets: Floats,
-        starts: Floats,
-        found: NumericSolution,
-        params: Any,
-        effort: Effort,
-        workers: int,
-    ) -> None:
+    def _fill(self, task: _Task, lead: tuple[int, ...], found: NumericSolution, workers: int) -> None:
         """Search for all targets; arrays whose axes do not run together are filled by way of others."""
-        lead = targets.shape[:-2]
-        count = math.prod(lead)
+        count = len(task.targets)
         flat = NumericSolution(*(np.reshape(entry, (count, *entry.shape[len(lead) :])) for entry in found))
-        poses = np.ascontiguousarray(targets).reshape(count, 4, 4)
-        spread(partial(self._search, poses, starts, flat, params, effort), _blocks(count), workers)
+        spread(partial(self._search, task, flat), _blocks(count), workers)
         for entry, filled in zip(found, flat, strict=True):
             if not np.shares_memory(entry, filled):
                 entry[...] = filled.reshape(entry.shape)
@@ -220,38 +224,23 @@ class NumericInverse:
             others.append((field, array))
         return NumericSolution(*out)
 
-    def _search(
-        self,
-        targets: Floats,
-        starts: Floats,
-        found: NumericSolution,
-        params: Any,
-        effort: Effort,
-        first: int,
-        last: int,
-    ) -> None:
+    def _search(self, whole: _Task, found: NumericSolution, first: int, last: int) -> None:
         """Search for some of the targets."""
-        part = slice(first, last)
+        task, part = whole.part(first, last), slice(first, last)
         if self._native is None:
-            evaluate = self.kernel if params is None else partial(self.kernel, params=params)
-            search = Search(evaluate, self.joints, self.reach, targets[part], effort)
-            search.run(starts[part], np.random.default_rng((effort.seed, first)))
+            evaluate = self.kernel if task.params is None else partial(self.kernel, params=task.params)
+            search = Search(evaluate, self.joints, self.reach, task.targets, task.effort)
+            search.run(task.starts, np.random.default_rng((task.effort.seed, first)))
             answer: tuple[Any, ...] = search.q, search.errors, search.iterations, search.solved
         else:
-            answer = self._in_c(targets[part], starts[part], params, effort, first)
+            answer = self._in_c(task, first)
         q, errors, iterations, solved = answer
         found.q[part], found.solved[part] = q, solved
         found.position_error[part], found.rotation_error[part] = errors.T
         found.iterations[part] = iterations
 
-    def _in_c(
-        self,
-        targets: Floats,
-        starts: Floats,
-        params: Any,
-        effort: Effort,
-        first: int,
-    ) -> tuple[Floats, Floats, Any, Any]:
+    def _in_c(self, task: _Task, first: int) -> tuple[Floats, Floats, Any, Any]:
+        targets, starts, params, effort = task
         ffi, count = self._native.ffi, len(targets)
         single = targets.dtype == np.float32
         prefix, item = (f"{self._symbol}_f32", "float[]") if single else (self._symbol, "double[]")
