@@ -31,7 +31,7 @@ _BATCHES = (
 _RUNTIME = (
     ("threads leave out a block", "_threads.py", r"work\(\*block\)",
      "threading.current_thread() is threading.main_thread() and work(*block)"),
-    ("a long batch is cut wrong", "_kernel.py", r"array\[start : start \+ step\]",
+    ("a long batch is cut wrong", "_threads.py", r"array\[start : start \+ step\]",
      "array[start - (start > 0) : start - (start > 0) + step]"),
     ("out= is not written", "_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(other := out.copy()), 0)"),
     ("bound arrays are copied", "_engines.py", r"from_buffer\(items, array\)", "from_buffer(items, array.copy())"),
