@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 
-from kinegen.emit.c.batch import batch_arguments as c_batch_arguments
+from kinegen.emit.c.arguments import batch_arguments as c_batch_arguments
 from kinegen.outputs import Array
 
 HEADER = "kinegen_glue.h"

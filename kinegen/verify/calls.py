@@ -102,11 +102,30 @@ def require_same_bits(robot: Robot, quantity: Quantity, target: str, called: Cal
     Raises:
         ProofError: Naming the first call that gives something else.
     """
+    return require_calls(robot, quantity, target, called.kernel, _calls(called))
+
+
+def require_calls(robot: Robot, quantity: Quantity, target: str, kernel: Any, calls: Iterator[Call]) -> int:
+    """Make calls, and refuse a kernel that gives something else than what is wanted.
+
+    Args:
+        robot: The robot.
+        quantity: What the kernel computes.
+        target: The kernel's language and number type, for the message.
+        kernel: The kernel.
+        calls: The calls.
+
+    Returns:
+        The number of calls.
+
+    Raises:
+        ProofError: Naming the first call that gives something else.
+    """
     count = 0
-    for call in _calls(called):
+    for call in calls:
         count += 1
         found = call.results()
-        if not all(_same(called.kernel, one, other) for one, other in zip(found, call.wanted, strict=True)):
+        if not all(_same(kernel, one, other) for one, other in zip(found, call.wanted, strict=True)):
             raise ProofError(
                 f"{robot.name}: {target} {quantity} gives another result {call.name} than in a plain batch; "
                 "nothing was written"

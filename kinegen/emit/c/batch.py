@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.emit.c.arguments import computed, given, tile_variables
+from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.parts import ParamRows, param_rows, part
 from kinegen.emit.c.statements import CPrinter
@@ -232,25 +232,6 @@ def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
             )
 
 
-def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real: str, params: str) -> tuple[str, ...]:
-    """The arguments of a batch kernel, each a declaration that ends in the name.
-
-    Args:
-        inputs: What it is given.
-        results: What it gives.
-        real: Number type.
-        params: Type of the runtime parameters; empty where there are none.
-    """
-    arguments = ["size_t n"]
-    for array in inputs:
-        arguments += [f"const {real} *{array.name}", *_strides(array, "ptrdiff_t ").split(", ")]
-    if params:
-        arguments += [f"const {params} *params", "ptrdiff_t params_stride"]
-    for array in results:
-        arguments += [f"{real} *{array.name}", f"ptrdiff_t {array.name}_stride"]
-    return (*arguments, "int layout")
-
-
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
     params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
@@ -264,7 +245,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     results = tuple(_results(program))
     short = real is Real.DOUBLE and len(program.outputs) > MOST_ROWS
     size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
-    arguments = [f"const {real} *restrict {array.name}, {_strides(array, 'ptrdiff_t ')}" for array in read]
+    arguments = [f"const {real} *restrict {array.name}, {strides(array, 'ptrdiff_t ')}" for array in read]
     arguments += [f"const {real} (*restrict p)[{size}]"] * bool(parts.rows)
     values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
     values += ["given"] * bool(parts.rows)
@@ -322,10 +303,6 @@ def _reads(body: tuple[str, ...], what: str) -> bool:
     return any(re.search(rf"\b{what}", line) for line in body)
 
 
-def _strides(array: Array, before: str = "") -> str:
-    return ", ".join(f"{before}{array.name}_{word}" for word in ("pose", "joint"))
-
-
 def _finder(array: Array) -> str:
     return f"find_tile_{array.size}" if array.size == array.stored else f"find_tile_{array.size}_of_{array.stored}"
 
@@ -342,7 +319,7 @@ def _unused(program: Program, read: tuple[Array, ...], spares_params: bool) -> I
     """The arguments that the function does not look at: those of empty arrays and of what no result depends on."""
     for array in program.signature.inputs:
         if array not in read:
-            yield from (array.name, *_strides(array).split(", "))
+            yield from (array.name, *strides(array).split(", "))
     yield from ("params", "params_stride") * spares_params
     for array in program.signature.results:
         if not array.size:
