@@ -28,7 +28,7 @@ from kinegen.verify.ways import Arrays, Way
 POINTS = 4
 """Joint vectors at which each entry is tried."""
 
-_MOVED = 0.015625
+MOVED = 0.015625
 """What is added to an entry, to see what depends on it."""
 
 _STILL = 1e-9
@@ -118,14 +118,14 @@ def _moved(
         return []
     stacked = {
         name: np.concatenate(
-            [value, *(_with(value, place, _MOVED, add=True) if name == other else value for other, place in entries)]
+            [value, *(_with(value, place, MOVED, add=True) if name == other else value for other, place in entries)]
         )
         for name, value in values.items()
     }
-    returned = [
-        found.reshape(len(entries) + 1, -1, *found.shape[1:]) for found in _returned(robot, quantity, results, stacked)
+    given = [
+        found.reshape(len(entries) + 1, -1, *found.shape[1:]) for found in returned(robot, quantity, results, stacked)
     ]
-    return [[_differ(found[0], found[index + 1]) for found in returned] for index in range(len(entries))]
+    return [[differ(found[0], found[index + 1]) for found in given] for index in range(len(entries))]
 
 
 def require_spoilt(robot: Robot, quantity: Quantity, way: Way, spoilt: Spoilt, real: str) -> None:
@@ -194,10 +194,10 @@ def _with(values: Numbers, place: tuple[int, ...], value: float, *, add: bool = 
     return found
 
 
-def _returned(
+def returned(
     robot: Robot, quantity: Quantity, results: Sequence[Array], values: Mapping[str, Numbers]
 ) -> list[Numbers]:
-    """What the kernel must return, in the shapes in which it does."""
+    """What the kernel must return for inputs by name, in the shapes in which it does."""
     known, frames = Known(robot, values), quantity_frames(robot, quantity)
     found = []
     for subject, array in zip(subjects(quantity), results, strict=True):
@@ -206,7 +206,7 @@ def _returned(
     return found
 
 
-def _differ(first: Numbers, second: Numbers) -> Numbers:
+def differ(first: Numbers, second: Numbers) -> Numbers:
     """Which numbers differ for one of the rows; readings that are impossible say nothing."""
     size = max(1.0, float(np.nanmax(np.abs(first), initial=0.0)))
     differ: Numbers = (np.abs(first - second) > _STILL * size).any(axis=0)

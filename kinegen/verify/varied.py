@@ -159,7 +159,7 @@ def _shared(called: Alternating) -> Iterator[Call]:
 
 
 def _turns(count: int) -> Any:
-    """The set of each configuration. Two of the first, one of the second: in no two tiles are they in the same places."""
+    """The set of each configuration: two of the first, one of the second, so that no two tiles look the same."""
     return np.arange(count) % 3 // 2
 
 
