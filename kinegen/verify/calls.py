@@ -18,7 +18,7 @@ import numpy as np
 from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.ways import Arrays, Floats, in_layout, layouts_of, results_of
+from kinegen.verify.ways import Arrays, Floats, in_layout, in_rows, layouts_of, results_of
 
 LONGEST = 66
 """Batches of all lengths up to this are tried: two tiles of the widest kind, and two more."""
@@ -182,6 +182,9 @@ def _strides(called: Called) -> Iterator[Call]:
     yield Call("with two leading axes", partial(called.call, several), deep)
     turned = tuple(array.swapaxes(0, 1) for array in several)
     yield Call("with exchanged axes", partial(called.call, turned), tuple(array.swapaxes(0, 1) for array in deep))
+    rows = partial(called.call, in_rows(called.kernel, inputs), layout="joint_major")
+    whole = called.call(tuple(map(np.ascontiguousarray, in_rows(called.kernel, inputs))), layout="joint_major")
+    yield Call("with transposed arrays of layout joint_major", rows, whole)
     if len(inputs) > 1:
         first = tuple(np.repeat(array[-1:], LONGEST, axis=0) for array in inputs[:1])
         yield Call(

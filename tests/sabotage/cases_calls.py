@@ -60,7 +60,7 @@ _PARAMS = (
     ("parameters of the NumPy form are turned round", "_engines.py", r"array\.reshape\(-1\) for array in",
      "array.reshape(-1)[::-1] for array in", ""),
     ("one parameter for all configurations", "_kernel.py", r"np\.broadcast_to\(array, lead\) for",
-     "np.broadcast_to(array.flat[0], lead) for", ""),
+     "np.broadcast_to(array.ravel()[:1], lead) for", ""),
 )  # fmt: skip
 
 _OTHERS = (
