@@ -76,7 +76,7 @@ class Arm:
         arguments: list[object] = [size(len(q)), address(q.ctypes.data), stride(robot.dof), stride(1)]
         if self.kernels.defaults:
             defaults = ctypes.c_char.in_dll(self.library, f"{prefix(robot.name, real)}_default_params")
-            arguments.append(address(ctypes.addressof(defaults)))
+            arguments += [address(ctypes.addressof(defaults)), stride(0)]
         batch = getattr(self.library, f"{function(robot.name, self.program.quantity.function, real)}_batch")
         batch(*arguments, address(out.ctypes.data), stride(len(q)), ctypes.c_int(JOINT_MAJOR))
         return out

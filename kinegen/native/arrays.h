@@ -39,6 +39,7 @@ typedef struct {
     int type;          /* NPY_DOUBLE or NPY_FLOAT */
     int single;        /* one contiguous configuration: the scalar kernel serves it */
     size_t count;
+    ptrdiff_t sets;    /* from the parameters of one configuration to those of the next, in structs; 0 is one for all */
 } Call;
 
 /* The first and the last byte that an array touches, the last one exclusive. */
@@ -178,6 +179,7 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
     for (int i = 0; i < lead; ++i) count *= PyArray_DIM(first, i);
     if (count > LARGEST_BLOCK) return 0;
     call->type = type;
+    call->sets = 0;
     call->count = (size_t)count;
     /* A single configuration goes to the scalar kernel, or is declined, so that its bits never depend on the way. */
     call->single = lead == 0 && layout == LAYOUT_4X4;
@@ -196,6 +198,19 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
         }
     }
     return 1;
+}
+
+/* Find the parameters of each configuration of a call, which lie in the rows of an array (configurations, parameters) of
+ * the same type; NULL for an array that is something else. */
+static inline const void *take_sets(uintptr_t address, npy_intp parameters, Call *call)
+{
+    PyArrayObject *const array = (PyArrayObject *)address;
+    if (PyArray_NDIM(array) != 2 || PyArray_TYPE(array) != call->type) return NULL;
+    if (PyArray_DIM(array, 0) != (npy_intp)call->count || PyArray_DIM(array, 1) != parameters) return NULL;
+    if (!is_behaved(array, NPY_ARRAY_C_CONTIGUOUS)) return NULL;
+    call->sets = 1;
+    call->single = 0;
+    return PyArray_DATA(array);
 }
 
 #endif

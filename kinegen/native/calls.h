@@ -144,7 +144,7 @@ static int read_single(const Entry *entry, PyArrayObject *const *arrays, int kno
         }
     }
     for (int i = 0; i < known; ++i) places[i] = (Place){PyArray_DATA(arrays[i]), 0, 1};
-    *call = (Call){type, 1, 1};
+    *call = (Call){type, 1, 1, 0};
     return 1;
 }
 

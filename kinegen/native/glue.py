@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 
-from kinegen.emit.c.batch import batch_arguments as c_batch_arguments
+from kinegen.emit.c.arguments import batch_arguments as c_batch_arguments
 from kinegen.outputs import Array
 
 HEADER = "kinegen_glue.h"
@@ -235,6 +235,7 @@ def _pointers_definition(interface: Interface, function: Function, real: str) ->
 
 def _arrays(interface: Interface, function: Function) -> str:
     params = [f"const {interface.params(real)} *params_{real}" for real in interface.reals if interface.parameters]
+    params += ["uintptr_t sets"] * bool(interface.parameters)
     arrays = [f"uintptr_t {array.name}" for array in (*function.inputs, *function.results)]
     return f"int {interface.symbol}_{function.name}_arrays({', '.join([*params, *arrays, 'int layout'])})"
 
@@ -244,6 +245,7 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
     arrays = (*function.inputs, *function.results)
     stem, counts = f"{interface.symbol}_{function.name}", f"{len(function.inputs)}, {len(arrays)}"
     named = [f"params_{real}" if interface.parameters and real in interface.reals else "NULL" for real in _REALS]
+    taken = f"take_sets(sets, {len(interface.parameters)}, &call)"
     return "\n".join(
         [
             f"static const Form {stem}_forms[] = {{{', '.join(_form(array) for array in arrays)}}};",
@@ -253,10 +255,12 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
             _arrays(interface, function),
             "{",
             f"    const uintptr_t addresses[] = {{{', '.join(array.name for array in arrays)}}};",
-            f"    const void *const params[] = {{{', '.join(named)}}};",
+            f"    const void *params[] = {{{', '.join(named)}}};",
             f"    Place places[{len(arrays)}];",
             "    Call call;",
             f"    if (!read_arrays(addresses, {stem}_forms, {counts}, layout, places, &call)) return 0;",
+            *[f"    if (sets != 0 && (params[0] = params[1] = {taken}) == NULL) return 0;"]
+            * bool(interface.parameters),
             f"    return {stem}_run(params, places, &call, layout);",
             "}",
         ]
@@ -277,7 +281,7 @@ def _run_definition(interface: Interface, function: Function) -> str:
         params = [f"(const {interface.params(real)} *)params[{_REALS.index(real)}]"] * bool(interface.parameters)
         single = [*params, *(f"p[{index}].data" for index in range(count))]
         batch = [f"p[{index}].{word}" for index in inputs for word in ("data", "pose", "joint")]
-        batch += params
+        batch += [*params, *["call->sets"] * bool(params)]
         batch += [f"p[{index}].{word}" for index in range(len(inputs), count) for word in ("data", "pose")]
         lines += [
             f"    if (call->type == NPY_{real.upper()}) {{",

@@ -17,6 +17,8 @@ def search_declarations(interface: Interface) -> tuple[str, ...]:
 def search_glue(interface: Interface) -> dict[str, str]:
     """C text by file name; see `search_declarations` for what it defines.
 
+    Target i takes the runtime parameters `params[sets * i]`: of 0 sets all take the same.
+
     The seed of a target depends on its place in the whole batch, so the result does not depend on blocks or threads.
     """
     name = NUMERIC_INVERSE.function
@@ -29,7 +31,7 @@ def search_glue(interface: Interface) -> dict[str, str]:
 
 
 def _head(interface: Interface, real: str) -> str:
-    params = (f"const {interface.params(real)} *params",) if interface.parameters else ()
+    params = ("const void *params", "size_t sets") if interface.parameters else ()
     arguments = (
         *params,
         f"const {real} *targets",
@@ -51,7 +53,7 @@ def _head(interface: Interface, real: str) -> str:
 
 def _definition(interface: Interface, real: str) -> str:
     stem, name = interface.prefix(real), NUMERIC_INVERSE.function
-    params = "params, " if interface.parameters else ""
+    params = f"(const {interface.params(real)} *)params + sets * i, " if interface.parameters else ""
     dof = f"{interface.symbol.upper()}_DOF"
     return f"""
 {_head(interface, real)}

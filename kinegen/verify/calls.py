@@ -18,7 +18,7 @@ import numpy as np
 from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
-from kinegen.verify.ways import Arrays, Floats, in_layout, layouts_of, results_of
+from kinegen.verify.ways import Arrays, Floats, in_layout, in_rows, layouts_of, results_of
 
 LONGEST = 66
 """Batches of all lengths up to this are tried: two tiles of the widest kind, and two more."""
@@ -102,11 +102,30 @@ def require_same_bits(robot: Robot, quantity: Quantity, target: str, called: Cal
     Raises:
         ProofError: Naming the first call that gives something else.
     """
+    return require_calls(robot, quantity, target, called.kernel, _calls(called))
+
+
+def require_calls(robot: Robot, quantity: Quantity, target: str, kernel: Any, calls: Iterator[Call]) -> int:
+    """Make calls, and refuse a kernel that gives something else than what is wanted.
+
+    Args:
+        robot: The robot.
+        quantity: What the kernel computes.
+        target: The kernel's language and number type, for the message.
+        kernel: The kernel.
+        calls: The calls.
+
+    Returns:
+        The number of calls.
+
+    Raises:
+        ProofError: Naming the first call that gives something else.
+    """
     count = 0
-    for call in _calls(called):
+    for call in calls:
         count += 1
         found = call.results()
-        if not all(_same(called.kernel, one, other) for one, other in zip(found, call.wanted, strict=True)):
+        if not all(_same(kernel, one, other) for one, other in zip(found, call.wanted, strict=True)):
             raise ProofError(
                 f"{robot.name}: {target} {quantity} gives another result {call.name} than in a plain batch; "
                 "nothing was written"
@@ -163,6 +182,9 @@ def _strides(called: Called) -> Iterator[Call]:
     yield Call("with two leading axes", partial(called.call, several), deep)
     turned = tuple(array.swapaxes(0, 1) for array in several)
     yield Call("with exchanged axes", partial(called.call, turned), tuple(array.swapaxes(0, 1) for array in deep))
+    rows = partial(called.call, in_rows(called.kernel, inputs), layout="joint_major")
+    whole = called.call(tuple(map(np.ascontiguousarray, in_rows(called.kernel, inputs))), layout="joint_major")
+    yield Call("with transposed arrays of layout joint_major", rows, whole)
     if len(inputs) > 1:
         first = tuple(np.repeat(array[-1:], LONGEST, axis=0) for array in inputs[:1])
         yield Call(

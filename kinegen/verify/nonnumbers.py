@@ -28,7 +28,7 @@ from kinegen.verify.ways import Arrays, Way
 POINTS = 4
 """Joint vectors at which each entry is tried."""
 
-_MOVED = 0.015625
+MOVED = 0.015625
 """What is added to an entry, to see what depends on it."""
 
 _ROUNDED = 1e-13
@@ -124,18 +124,18 @@ def _moved(
             [
                 value,
                 value + _ROUNDED,
-                *(_with(value, place, _MOVED, add=True) if name == other else value for other, place in entries),
+                *(_with(value, place, MOVED, add=True) if name == other else value for other, place in entries),
             ]
         )
         for name, value in values.items()
     }
-    returned = [
-        found.reshape(len(entries) + 2, -1, *found.shape[1:]) for found in _returned(robot, quantity, results, stacked)
+    given = [
+        found.reshape(len(entries) + 2, -1, *found.shape[1:]) for found in returned(robot, quantity, results, stacked)
     ]
     # Of an orientation that is singular everywhere, rounding decides how two angles share their sum.
-    steady = [~_differ(found[0], found[1]) for found in returned]
+    steady = [~differ(found[0], found[1]) for found in given]
     return [
-        [_differ(found[0], found[index + 2]) & still for found, still in zip(returned, steady, strict=True)]
+        [differ(found[0], found[index + 2]) & still for found, still in zip(given, steady, strict=True)]
         for index in range(len(entries))
     ]
 
@@ -206,10 +206,10 @@ def _with(values: Numbers, place: tuple[int, ...], value: float, *, add: bool = 
     return found
 
 
-def _returned(
+def returned(
     robot: Robot, quantity: Quantity, results: Sequence[Array], values: Mapping[str, Numbers]
 ) -> list[Numbers]:
-    """What the kernel must return, in the shapes in which it does."""
+    """What the kernel must return for inputs by name, in the shapes in which it does."""
     known, frames = Known(robot, values), quantity_frames(robot, quantity)
     found = []
     for subject, array in zip(subjects(quantity), results, strict=True):
@@ -218,7 +218,7 @@ def _returned(
     return found
 
 
-def _differ(first: Numbers, second: Numbers) -> Numbers:
+def differ(first: Numbers, second: Numbers) -> Numbers:
     """Which numbers differ for one of the rows; readings that are impossible say nothing."""
     size = max(1.0, float(np.nanmax(np.abs(first), initial=0.0)))
     differ: Numbers = (np.abs(first - second) > _STILL * size).any(axis=0)

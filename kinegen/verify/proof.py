@@ -31,6 +31,7 @@ from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
 from kinegen.verify.tolerances import program_of
 from kinegen.verify.usage import compare_usage
+from kinegen.verify.varied import Alternating, require_varied
 from kinegen.verify.ways import DTYPES, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
@@ -167,6 +168,19 @@ def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
     return replace(robot, parameters=parameters), tuple(float(value) for value in moved.values())
 
 
+def parameter_sets(robot: Robot) -> FloatArray:
+    """The values of the robot file and the moved ones, for batches in which they alternate.
+
+    Args:
+        robot: A robot with runtime parameters.
+
+    Returns:
+        Shape (2, parameters), in numbers that floats hold exactly.
+    """
+    usual = [float(evaluate(parameter.value, {}, FLOATS)) for parameter in robot.runtime_parameters]
+    return np.array([np.array(usual, np.float32).astype(float), move_parameters(robot)[1]])
+
+
 def _compare_ways(
     robot: Robot,
     package: ModuleType,
@@ -193,6 +207,11 @@ def _compare_ways(
                     if way.is_plain:
                         way.select()
                         require_same_bits(robot, quantity, way.target, Called(way.kernel, None, inputs, results))
+                        if robot.runtime_parameters:
+                            sets = parameter_sets(robot)
+                            require_varied(
+                                robot, quantity, way.target, Alternating(way.kernel, package.Params, sets, inputs)
+                            )
     return comparisons
 
 

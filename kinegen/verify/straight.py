@@ -58,7 +58,8 @@ def require_straight(
         for batch in (False, True):
             name = c_file(robot.name, "c", real, batch=batch)
             text = _COMMENT.sub(" ", files[name])
-            heads = [f"{function(robot.name, each.function, real)}{'_tile' if batch else ''}" for each in quantities]
+            parts = ("_tile", "_from_params") if batch else ("",)
+            heads = [f"{function(robot.name, each.function, real)}{part}" for each in quantities for part in parts]
             for head in (*heads, f"{stem}_sincos"):
                 wrong = next(_crooked(_body(text, head), allowed), None)
                 if wrong is not None:

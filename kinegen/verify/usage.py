@@ -18,6 +18,7 @@ from kinegen.robot.model import Robot
 from kinegen.verify.beyond import LARGEST_ANGLE, beyond_limits
 from kinegen.verify.compared import Judge, Store
 from kinegen.verify.comparison import Comparison
+from kinegen.verify.nonnumber_params import spoil_params, with_params
 from kinegen.verify.nonnumbers import FAR, require_spoilt, spoil
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
@@ -51,6 +52,11 @@ def compare_usage(
         for real in reals:
             for way in _forms(package, quantity, real):
                 require_spoilt(robot, quantity, way, spoilt, str(DTYPES[real]))
+        if robot.runtime_parameters:
+            spoilt = spoil_params(robot, programs[quantity], kernel.inputs, kernel.results)
+            for real in reals:
+                for way in _forms(package, quantity, real):
+                    require_spoilt(robot, quantity, with_params(package, way), spoilt, str(DTYPES[real]))
     return comparisons
 
 

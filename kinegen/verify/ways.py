@@ -123,14 +123,20 @@ def numpy_form(package: ModuleType, kernel: Any, quantity: Quantity) -> Any:
 def in_layout(kernel: Any, params: Any, layout: str, inputs: Arrays) -> Arrays:
     """The results of a batch in one layout, as the default one would hold them."""
     if layout == "joint_major":
-        rows = tuple(
-            _upper(array, each.is_pose).reshape(len(array), each.size).T for each, array in zip(kernel.inputs, inputs)
-        )
+        # Rows in which the configurations are neighbours have a way of their own in C.
+        rows = tuple(map(np.ascontiguousarray, in_rows(kernel, inputs)))
         found = tuple(result.T for result in results_of(kernel, params, rows, layout))
     else:
         shorter = tuple(_upper(array, each.is_pose and layout == "3x4") for each, array in zip(kernel.inputs, inputs))
         found = results_of(kernel, params, shorter, layout)
     return tuple(_whole(each, result) for each, result in zip(kernel.results, found, strict=True))
+
+
+def in_rows(kernel: Any, inputs: Arrays) -> Arrays:
+    """Inputs as the layout "joint_major" takes them, in their own memory."""
+    return tuple(
+        _upper(array, each.is_pose).reshape(len(array), each.size).T for each, array in zip(kernel.inputs, inputs)
+    )
 
 
 def _whole(array: Any, result: Floats) -> Floats:

@@ -89,7 +89,8 @@ class Library:
         function.restype = None
         parameters = self.kernels.robot.runtime_parameters
         defaults = (ctypes.c_char * 0).in_dll(self.library, f"{stem}_default_params") if parameters else None
-        return function, [ctypes.byref(defaults)] if parameters else []
+        one_for_all = [ctypes.c_ssize_t(0)] * batch
+        return function, [ctypes.byref(defaults), *one_for_all] if parameters else []
 
 
 def compile_library(folder: Path, files: Path, robot: str, compiler: str, *flags: str) -> Library:

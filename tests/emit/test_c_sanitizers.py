@@ -59,6 +59,19 @@ RESULT = """
     {real} {name}_expected[{blocks} * {stored} + 1];
 """
 
+# A set of parameters for each configuration, each another one, or one for all.
+SETS = """
+    const ptrdiff_t params_stride = (gap > 0) ? 2 : joint_major;
+    const size_t sets = (n == 0) ? 0 : (size_t)((n - 1) * params_stride + 1);
+    {stem}_params *const params = malloc(sets * sizeof({stem}_params) + (sets == 0));
+    for (size_t i = 0; i < sets; i++) {{
+        params[i] = {stem}_default_params;
+        for (size_t j = 0; j < sizeof({stem}_params) / sizeof({real}); j++) {{
+            (({real} *)&params[i])[j] += ({real})(int)((i + j) * 37u % 101u) / 64;
+        }}
+    }}
+"""
+
 ONE = """
         for (int j = 0; j < {size}; j++) {{
             {name}_single[j] = {name}[i * {name}_pose + j * {name}_joint];
@@ -117,18 +130,22 @@ def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
     function = f"{stem}_{name}"
     inputs = [words(array, real, function) for array in signature.inputs]
     results = [words(array, real, function) for array in signature.results]
-    params = [f"&{stem}_default_params"] * bool(given.defaults)
     batch = ["(size_t)n"]
     batch += [f"{array.name}, {array.name}_pose, {array.name}_joint" for array in signature.inputs]
-    batch += [*params, *(f"{array.name}, {array.name}_stride" for array in signature.results), "layout"]
+    batch += [
+        *["params, params_stride"] * bool(given.defaults),
+        *(f"{array.name}, {array.name}_stride" for array in signature.results),
+        "layout",
+    ]
     single = [f"{array.name}_single" for array in signature.inputs if array.size]
-    single += params
+    single += ["params + i * params_stride"] * bool(given.defaults)
     for array in signature.results:
         cast = f"({real} (*)[{array.stored}])" if array.per_frame else ""
         single += [f"{cast}{array.name}_expected"] * bool(array.size)
     yield f"static void check_{name}(int n, ptrdiff_t gap, int joint_major, int backwards, int layout)\n{{"
     yield from (INPUT.format(**each) for each in inputs)
     yield from (RESULT.format(**each) for each in results)
+    yield SETS.format(stem=stem, real=real) * bool(given.defaults)
     yield f"    {function}_batch({', '.join(batch)});\n    for (int i = 0; i < n; i++) {{"
     yield from (ONE.format(**each) for each in inputs)
     yield f"        {function}({', '.join(single)});"
@@ -136,6 +153,7 @@ def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
     yield "    }\n"
     yield from (f"    free({array.name}_memory);\n" for array in signature.inputs)
     yield from (f"    free({array.name});\n" for array in signature.results)
+    yield "    free(params);\n" * bool(given.defaults)
     yield "}\n"
 
 

@@ -92,13 +92,38 @@ def test_every_statement_of_a_kernel_holds_one_operation(name: str, real: Real) 
     assert lines
 
 
-@pytest.mark.parametrize("arm", ["puma560", "hand", "calibrated_2r", "screw"])
+@pytest.mark.parametrize("arm", ["puma560", "hand", "screw"])
 def test_batch_kernels_hold_the_same_operations_in_the_same_order(arm: str, real: Real) -> None:
     batch = statements(texts(arm)[c_kernels(arm, real)[1]])
     scalar = operations(statements(kernel_part(arm, real)), real)
 
     assert operations(batch, real)[-len(scalar) :] == scalar
     assert len(scalar) > 3
+
+
+def body(text: str, function: str, real: Real) -> list[str]:
+    """The operations of one function, the configuration of a tile left aside."""
+    found = re.search(rf"{function}\([^;{{]*\)\n(\{{\n.*?\n\}}\n)", text, re.DOTALL)
+    assert found
+    return operations(statements(found[1]), real)
+
+
+@pytest.mark.parametrize("quantity", ["fk", "frames", "position"])
+def test_what_follows_from_parameters_alone_comes_before_the_rest_of_a_batch_kernel(quantity: str, real: Real) -> None:
+    """The operations are those of the scalar kernel, and both parts keep their order."""
+    head = f"{prefix('calibrated_2r', real)}_{quantity}"
+    scalar_file, batch_file = (texts("calibrated_2r")[file] for file in c_kernels("calibrated_2r", real)[:2])
+    comment = batch_file[: batch_file.index(f"static void {head}_params(")].rpartition("/*")[2]
+    rows = dict(re.findall(r"p\[(\d+)\] (\w+)", comment))
+    named = re.sub(r"\bp\[(\d+)\]\[i\]", lambda row: rows.get(row[1], ""), code(batch_file))
+    scalar = body(code(scalar_file).replace("params->", ""), head, real)
+    first, rest = (body(named, f"{head}_{part}", real) for part in ("from_params", "tile"))
+
+    assert list(rows.values())[:5] == ["L1", "L2", "tilt", "skew", "zero_2"]
+    assert sorted(first + rest) == sorted(scalar)
+    assert [line for line in scalar if line in first] == first
+    assert [line for line in scalar if line in rest] == rest
+    assert len([line for line in first if line.startswith("sincos(")]) == 2
 
 
 def test_the_statements_are_those_that_are_counted(name: str, real: Real) -> None:

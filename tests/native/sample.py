@@ -191,6 +191,7 @@ class Sample:
             names = [array.name for array in function.inputs]
             inputs = [f"const {real} *{name}, ptrdiff_t {name}_pose, ptrdiff_t {name}_joint" for name in names]
             results = [f"{real} *{array.name}, ptrdiff_t {array.name}_stride" for array in function.results]
+            params += ["ptrdiff_t params_stride"] * self.parameter
             return f"void {name}_batch({', '.join(['size_t n', *inputs, *params, *results, 'int layout'])})"
         inputs = [f"const {real} {array.name}[{array.stored}]" for array in function.inputs if array.size]
         results = [f"{real} {_extents(array)}" for array in function.results if array.size]
@@ -204,13 +205,13 @@ class Sample:
         return "\n    ".join([f"{self._head(function, real, False)}\n{{", *lines]) + "\n}\n"
 
     def _batch(self, function: Function, real: str) -> str:
-        lines = ["for (ptrdiff_t i = 0; i < (ptrdiff_t)n; ++i) {"]
+        lines, own = ["for (ptrdiff_t i = 0; i < (ptrdiff_t)n; ++i) {"], "params[i * params_stride].offset"
         lines += self._gathered(function, "{name} + i * {name}_pose", "{name}_joint")
         for k, array in enumerate(function.results):
             numbers = array.blocks * array.stored
             if array.size:
                 place = f"{array.name}_one, {numbers}, {array.size // array.blocks}, {array.stored}"
-                lines += [f"REAL {array.name}_one[{numbers}];", self._computed(function, k, f"{array.name}_one")]
+                lines += [f"REAL {array.name}_one[{numbers}];", self._computed(function, k, f"{array.name}_one", own)]
                 lines += [f"scatter({place}, i, {array.name}, {array.name}_stride, layout);"]
         return "\n    ".join([f"{self._head(function, real, True)}\n{{", *lines, "}"]) + "\n}\n"
 
@@ -224,8 +225,8 @@ class Sample:
                 yield f"gather({where}, {stride}, {array.size}, x + {first});"
             first += array.size
 
-    def _computed(self, function: Function, k: int, out: str) -> str:
-        array, offset = function.results[k], "params->offset" if self.parameter else "0"
+    def _computed(self, function: Function, k: int, out: str, offset: str = "params->offset") -> str:
+        array, offset = function.results[k], offset if self.parameter else "0"
         numbers = f"{array.blocks}, {array.size // array.blocks}, {array.stored}"
         return f"compute(x, {_total(function)}, {k}, {offset}, {numbers}, {out});"
 

@@ -42,11 +42,11 @@ def test_indices_of_the_c_are_wide_enough(tmp_path: Path) -> None:
 def test_python_cuts_up_every_batch(load: Loader, backend: str, lead: tuple[int, ...]) -> None:
     """The blocks together are the batch, and each is small enough for one call of C."""
     module = load("chain", backend)
-    kernel = sys.modules[f"{module.__name__}._kernel"]
+    threads = sys.modules[f"{module.__name__}._threads"]
     q = np.broadcast_to(np.zeros(3), (*lead, 3))
     out = as_strided(np.zeros((4, 4)), (*lead, 4, 4), (*(0 for _ in lead), 32, 8))
     count = 0
-    for axes, (points, target) in kernel._blocks([q, out], len(lead), 1 << 15):
+    for axes, (points, target) in threads.blocks_of([q, out], len(lead), 1 << 15):
         assert points.shape[:axes] == points.shape[:-1] == target.shape[:-2]
         size = points.size // 3
         assert 0 < size <= 1 << 15

@@ -47,6 +47,8 @@ for name in module.__all__:
             add(kernel(*(array[..., ::-1][..., ::-1] for array in inputs)))
             if module.__dict__.get("Params"):
                 add(kernel(*inputs, params=module.Params(*(2 * value for value in module.Params()))))
+                along = np.linspace(1, 2, count or 7)
+                add(kernel(*inputs, params=module.Params(*(along * value for value in module.Params())), threads=2))
         single = [np.ascontiguousarray(array[0]) for array in inputs]
         results = [np.full(array.shape, 3, real) for array in kernel.results]
         kernel.bind(*single, *results)()

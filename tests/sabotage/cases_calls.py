@@ -31,7 +31,7 @@ _BATCHES = (
 _RUNTIME = (
     ("threads leave out a block", "_threads.py", r"work\(\*block\)",
      "threading.current_thread() is threading.main_thread() and work(*block)"),
-    ("a long batch is cut wrong", "_kernel.py", r"array\[start : start \+ step\]",
+    ("a long batch is cut wrong", "_threads.py", r"array\[start : start \+ step\]",
      "array[start - (start > 0) : start - (start > 0) + step]"),
     ("out= is not written", "_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(other := out.copy()), 0)"),
     ("bound arrays are copied", "_engines.py", r"from_buffer\(items, array\)", "from_buffer(items, array.copy())"),
@@ -42,6 +42,25 @@ _RUNTIME = (
      'np.round(np.array(array, real, order="C"), 3)'),
     ("the NumPy form in blocks", "_engines.py", r"return rows\n", "return rows[:, ::-1]\n"),
     ("the last rows of the NumPy form", "_engines.py", r"\(0\.0, 0\.0, 0\.0, 1\.0\)", "(0.0, 0.0, 1.0, 0.0)"),
+)  # fmt: skip
+
+_PARAMS = (
+    ("the stride of parameters is ignored", "calibrated_2r_batch.c", r"\? i : 0\) \* params_stride", "? i : 0) * 0", ""),
+    ("parameters stay those of the first tile", "calibrated_2r_batch.c", r"params \+ first \* params_stride", "params",
+     "void calibrated_2r_fk_batch("),
+    ("parameters of full tiles in the joint-major layout", "calibrated_2r_batch.c",
+     r"params \+ \(ptrdiff_t\)begin \* params_stride", "params", "void calibrated_2r_fk_batch("),
+    ("parameters of a tail", "calibrated_2r_batch.c", r"\(i < count\) \? i : 0", "(i + 1 < count) ? i : 0", "void take_params("),
+    ("one set for all is taken along the batch", "calibrated_2r_f32_batch.c", r"if \(params_stride == 0\)",
+     "if (params_stride >= 0)", "void take_params("),
+    ("what follows from parameters stays that of the first", "calibrated_2r_batch.c",
+     r"calibrated_2r_fk_from_params\(p\);", r"if (params_stride == 0) \g<0>", "void calibrated_2r_fk_params("),
+    ("the table of parameters lacks one", "_engines.py", r"table\[\.\.\., place\] = array",
+     "table[..., place] = array if place else array.flat[0]", ""),
+    ("parameters of the NumPy form are turned round", "_engines.py", r"array\.reshape\(-1\) for array in",
+     "array.reshape(-1)[::-1] for array in", ""),
+    ("one parameter for all configurations", "_kernel.py", r"np\.broadcast_to\(array, lead\) for",
+     "np.broadcast_to(array.ravel()[:1], lead) for", ""),
 )  # fmt: skip
 
 _OTHERS = (
@@ -93,6 +112,10 @@ CASES = (
         for name, file, old, new, after in _BATCHES
     ),
     *(Sabotage(f"calls: {name}", "puma560", "pose", file, old, new, real="both") for name, file, old, new in _RUNTIME),
+    *(
+        Sabotage(f"calls: {name}", "calibrated_2r", "pose", file, old, new, real="both", after=after)
+        for name, file, old, new, after in _PARAMS
+    ),
     *(
         Sabotage(f"calls: {name}", robot, outputs, file, old, new, real=real)
         for name, robot, outputs, file, old, new, real in _OTHERS

@@ -51,4 +51,14 @@ CASES = (
         "to[i] = -t[row][i];",
         real="double",
     ),
+    Sabotage(
+        "layout: joint-major rows of neighbours, from the second tile on",
+        "puma560",
+        "pose",
+        "puma560_batch.c",
+        r"_tile\(q \+ begin,",
+        "_tile(q + begin - (begin > 0),",
+        real="double",
+        after="void puma560_fk_batch(",
+    ),
 )

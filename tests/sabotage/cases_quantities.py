@@ -53,7 +53,7 @@ _DOUBLE = (
     ("two parameters exchanged", "calibrated_2r", "pose", "calibrated_2r.c", r"params->tilt", "params->skew",
      "void calibrated_2r_fk("),
     ("a parameter that the batch does not read", "calibrated_2r", "pose", "calibrated_2r_batch.c", r"params->L1", "0.4002",
-     "calibrated_2r_fk_tile("),
+     "void take_params("),
     ("a parameter that NumPy does not read", "calibrated_2r", "pose", "_numpy.py", r"params\.L1", "0.4002", "def fk("),
     ("a column of a parameter", "calibrated_2r", "parameter_jacobian", "calibrated_2r.c", r"jacobian\[1\] = ", r"\g<0>-",
      "parameter_jacobian("),

@@ -136,14 +136,14 @@ BREAKS = {
     "a parameter that is not read": (
         "emit_batch",
         ".c",
-        first("params->far", "0.5F", TILE),
+        first("params->far", "0.5F", "take_params("),
         Real.FLOAT,
         "C float, batch, other parameters",
     ),
     "a default of a parameter": (
         "emit_package",
         "__init__.py",
-        first(r"near: float = 0\.5", "near: float = 0.6"),
+        first(r"near: Values = 0\.5", "near: Values = 0.6"),
         None,
         "C double",
     ),

@@ -60,6 +60,30 @@ def scalar_arguments(kernels: Kernels, program: Program, real: str, *, restrict:
     return ", ".join(parts) or "void"
 
 
+def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real: str, params: str) -> tuple[str, ...]:
+    """The arguments of a batch kernel, each a declaration that ends in the name.
+
+    Args:
+        inputs: What it is given.
+        results: What it gives.
+        real: Number type.
+        params: Type of the runtime parameters; empty where there are none.
+    """
+    arguments = ["size_t n"]
+    for array in inputs:
+        arguments += [f"const {real} *{array.name}", *strides(array, "ptrdiff_t ").split(", ")]
+    if params:
+        arguments += [f"const {params} *params", "ptrdiff_t params_stride"]
+    for array in results:
+        arguments += [f"{real} *{array.name}", f"ptrdiff_t {array.name}_stride"]
+    return (*arguments, "int layout")
+
+
+def strides(array: Array, before: str = "") -> str:
+    """The strides of an input of a batch kernel; `before` is the type of each, with a space."""
+    return ", ".join(f"{before}{array.name}_{word}" for word in ("pose", "joint"))
+
+
 def wrapped_prototype(prototype: str) -> tuple[str, ...]:
     """A prototype as lines that end between arguments, which stand below each other."""
     indent = " " * (prototype.index("(") + 1)

@@ -10,8 +10,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.emit.c.arguments import computed, given, tile_variables
+from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
+from kinegen.emit.c.parts import ParamRows, param_rows, part
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import function_templates, needs_bits
@@ -84,6 +85,7 @@ class Tile:
         finders: Functions that find inputs: name, numbers read, numbers from one configuration to the next.
         has_matrices: Whether matrices are stored.
         has_others: Whether anything else is.
+        takes_params: Whether parameters are read.
     """
 
     name: str
@@ -92,6 +94,7 @@ class Tile:
     finders: tuple[tuple[str, int, int], ...]
     has_matrices: bool
     has_others: bool
+    takes_params: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +129,7 @@ class BatchFunction:
         unused: Arguments that it does not look at.
         results: What it writes.
         has_matrices: Whether there are matrices among them.
+        params: The rows of a tile for the parameters; None where it reads none.
         tile: Name of the function that evaluates a tile.
         tile_arguments: Its arguments.
         tile_values: What is passed for them.
@@ -144,6 +148,7 @@ class BatchFunction:
     unused: tuple[str, ...]
     results: tuple[BatchResult, ...]
     has_matrices: bool
+    params: ParamRows | None
     tile: str
     tile_arguments: str
     tile_values: str
@@ -227,61 +232,45 @@ def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
                 finders=tuple(sorted(inputs)),
                 has_matrices=any(result.matrices for result in results),
                 has_others=any(not result.matrices for result in results),
+                takes_params=any(each.params for each in own),
             )
-
-
-def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real: str, params: str) -> tuple[str, ...]:
-    """The arguments of a batch kernel, each a declaration that ends in the name.
-
-    Args:
-        inputs: What it is given.
-        results: What it gives.
-        real: Number type.
-        params: Type of the runtime parameters; empty where there are none.
-    """
-    arguments = ["size_t n"]
-    for array in inputs:
-        arguments += [f"const {real} *{array.name}", *_strides(array, "ptrdiff_t ").split(", ")]
-    if params:
-        arguments.append(f"const {params} *params")
-    for array in results:
-        arguments += [f"{real} *{array.name}", f"ptrdiff_t {array.name}_stride"]
-    return (*arguments, "int layout")
 
 
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
     params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
-    printer = CPrinter(real, f"{stem}_sincos", tile_variables(program), stem, selects_bits=True)
+    parts, name = part(program), function(kernels.robot.name, program.quantity.function, real)
+    variables = (*tile_variables(program), *(f"p[{row}][i]" for row in range(len(parts.rows))))
+    printer = CPrinter(real, f"{stem}_sincos", variables, stem, selects_bits=True)
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
-    body = printer.lines(program, places)
+    body = printer.lines(parts.rest, places)
     read = tuple(array for array in given(program) if _reads(body, rf"{array.name}\["))
-    reads_params = _reads(body, "params->")
     results = tuple(_results(program))
     short = real is Real.DOUBLE and len(program.outputs) > MOST_ROWS
     size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
-    arguments = [f"const {real} *restrict {array.name}, {_strides(array, 'ptrdiff_t ')}" for array in read]
-    arguments += [f"const {params} *params"] * reads_params
+    arguments = [f"const {real} *restrict {array.name}, {strides(array, 'ptrdiff_t ')}" for array in read]
+    arguments += [f"const {real} (*restrict p)[{size}]"] * bool(parts.rows)
     values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
-    values += ["params"] * reads_params
+    values += ["given"] * bool(parts.rows)
     tile_result, tile_value = f"{real} (*restrict t)[{size}]", "t"
-    direct = _direct(printer, body, read, results, size, constants, reads_params=reads_params)
+    direct = _direct(printer, body, read, results, size, constants, reads_params=bool(parts.rows))
     if direct is not None:
-        body = printer.lines(program, [place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
+        body = printer.lines(parts.rest, [place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
         tile_result, tile_value = f"{real} *restrict t, ptrdiff_t t_row", f"&t[0][0], {size}"
     return BatchFunction(
-        name=function(kernels.robot.name, program.quantity.function, real, batch=True),
+        name=f"{name}_batch",
         size=size,
         suffix=suffix,
         brief=brief(program.signature),
         arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
         rows=len(program.outputs),
         inputs=tuple(BatchInput(array.name, array.size, array.stored, _finder(array) + suffix) for array in read),
-        unused=tuple(_unused(program, read, bool(params) and not reads_params)),
+        unused=tuple(_unused(program, read, bool(params) and not parts.rows)),
         results=results,
         has_matrices=any(result.matrices for result in results),
-        tile=f"{function(kernels.robot.name, program.quantity.function, real)}_tile",
+        params=param_rows(printer, parts, name, suffix) if parts.rows else None,
+        tile=f"{name}_tile",
         tile_arguments=", ".join([*arguments, tile_result]),
         tile_values=", ".join([*values, tile_value]),
         body=body,
@@ -305,7 +294,7 @@ def _direct(
         return None
     name = results[0].name
     neighbours = [f"({array.name}_pose == 1)" for array in read]
-    values = [f"{array.name} + begin, 1, {array.name}_joint" for array in read] + ["params"] * reads_params
+    values = [f"{array.name} + begin, 1, {array.name}_joint" for array in read] + ["given"] * reads_params
     return Direct(
         condition=" && ".join(["(layout == 2)", *neighbours, f"({name}_stride >= {size})"]),
         result=name,
@@ -316,10 +305,6 @@ def _direct(
 
 def _reads(body: tuple[str, ...], what: str) -> bool:
     return any(re.search(rf"\b{what}", line) for line in body)
-
-
-def _strides(array: Array, before: str = "") -> str:
-    return ", ".join(f"{before}{array.name}_{word}" for word in ("pose", "joint"))
 
 
 def _finder(array: Array) -> str:
@@ -338,8 +323,8 @@ def _unused(program: Program, read: tuple[Array, ...], spares_params: bool) -> I
     """The arguments that the function does not look at: those of empty arrays and of what no result depends on."""
     for array in program.signature.inputs:
         if array not in read:
-            yield from (array.name, *_strides(array).split(", "))
-    yield from ("params",) * spares_params
+            yield from (array.name, *strides(array).split(", "))
+    yield from ("params", "params_stride") * spares_params
     for array in program.signature.results:
         if not array.size:
             yield from (array.name, f"{array.name}_stride")

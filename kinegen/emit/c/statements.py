@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from kinegen.emit.c.parts import Part
 from kinegen.emit.functions import ROUTINES
 from kinegen.emit.reals import Real
 from kinegen.ir.program import (
@@ -60,11 +61,11 @@ class CPrinter:
         """The assignment of an operand to a place of the result."""
         return f"{place} = {self.operand(operand).removeprefix('(').removesuffix(')')};"
 
-    def lines(self, program: Program, places: Sequence[str | None]) -> tuple[str, ...]:
+    def lines(self, program: Program | Part, places: Sequence[str | None]) -> tuple[str, ...]:
         """The statements of a program; a sine and a cosine of one angle are one call.
 
         Args:
-            program: The program.
+            program: The program, or a part of it.
             places: Where each of its outputs belongs. A result is stored as soon as it is there, so that it need not
                 be kept (outputs do not overlap inputs); what needs no computing comes last. None leaves one out.
         """
@@ -96,7 +97,7 @@ class CPrinter:
             f"{self.sincos}({self.operand(angle)}, &s{label}, &c{label});",
         ]
 
-    def _pair_labels(self, program: Program) -> dict[Operand, str]:
+    def _pair_labels(self, program: Program | Part) -> dict[Operand, str]:
         return {
             statement.operands[0]: statement.name[1:]
             for statement in program.statements

@@ -30,7 +30,7 @@ from kinegen.robot.model import JointType, Robot
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py", "_plain.py", "_quick.py", "_threads.py", "_limits.py")
+RUNTIME = ("_kernel.py", "_engines.py", "_parameters.py", "_plain.py", "_quick.py", "_threads.py", "_limits.py")
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Floats
-from ._kernel import Kernel, Layout, check_apart, checked_params
+from ._kernel import Kernel, Layout, check_apart
 from ._nearest import NearestFormula
+from ._parameters import checked_params, settled_params
 from ._targets import checked_targets, is_pose
 
 Truths = NDArray[np.bool_]
@@ -124,8 +125,13 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if self.chooses is None or len(inputs) != 1:
             raise TypeError(f"{name} takes 1 array (base_T_tool), {len(inputs)} given")
         targets = checked_targets(name, inputs[0]) if check else self._checked_input(self.inputs[0], inputs[0], layout)
-        wanted = self._wanted(nearest, targets.shape[:-2], self._result_type([targets]))
-        q, exists = self.chooses(targets, wanted, params=checked_params(name, params, self._params), threads=threads)
+        chosen, varied = settled_params(name, checked_params(name, params, self._params))
+        try:
+            lead = np.broadcast_shapes(targets.shape[:-2], *(array.shape for array in varied.values()))
+        except ValueError:
+            lead = targets.shape[:-2]  # the kernel says which of them do not go together
+        wanted = self._wanted(nearest, lead, self._result_type([targets]))
+        q, exists = self.chooses(targets, wanted, params=chosen, threads=threads)
         return q, exists != 0
 
     def _wanted(self, nearest: ArrayLike, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._kernel import Kernel, check_apart, checked_params
+from ._engines import table_of
+from ._kernel import Kernel, check_apart
+from ._parameters import checked_params, settled_params
 from ._search import Effort, Joint, Search
 from ._targets import checked_targets
 from ._threads import spread, workers_for
@@ -41,7 +43,10 @@ class NumericSolution(NamedTuple):
 
 
 class _Task(NamedTuple):
-    """What is searched for, one target each: targets (n, 4, 4) and starts (n, dof); parameters and effort for all."""
+    """What is searched for, one target each: targets (n, 4, 4) and starts (n, dof), and with what effort.
+
+    The parameters are those of all targets, or an array with a row for each.
+    """
 
     targets: Floats
     starts: Floats
@@ -50,7 +55,8 @@ class _Task(NamedTuple):
 
     def part(self, first: int, last: int) -> _Task:
         """Some of the targets."""
-        return self._replace(targets=self.targets[first:last], starts=self.starts[first:last])
+        own = self.params[first:last] if isinstance(self.params, np.ndarray) else self.params
+        return self._replace(targets=self.targets[first:last], starts=self.starts[first:last], params=own)
 
 
 class NumericInverse:
@@ -108,7 +114,8 @@ class NumericInverse:
             base_T_tool: Targets (..., 4, 4).
             start: Joint vectors of the first descents (..., dof); the middle of the ranges if left out, or for entries
                 that are not finite.
-            params: Values of the runtime parameters; by default those of the robot file.
+            params: Values of the runtime parameters; by default those of the robot file. Each is a number, or an array
+                (...) whose axes broadcast with those of the targets.
             out: A `NumericSolution`, or a tuple, of arrays for the results, of their exact shapes and types.
             tolerances: Accepted distance, in the unit of the robot file, and angle in rad.
             restarts: Descents after the first, each from the best of some random joint vectors.
@@ -127,12 +134,15 @@ class NumericInverse:
         """
         name = self.__name__
         targets = checked_targets(name, base_T_tool)
-        lead, real = targets.shape[:-2], targets.dtype
+        chosen, varied = settled_params(name, checked_params(name, params, self._params))
+        lead, real = self._lead(targets, varied), targets.dtype
+        targets = np.broadcast_to(targets, (*lead, 4, 4)) if varied else targets
         starts = self._starts(start, lead, real)
-        chosen = checked_params(name, params, self._params)
+        if varied:
+            chosen = table_of([np.broadcast_to(array, lead) for array in varied.values()], real)
         accepted = tolerances or self.tolerances[real == np.float32]
         effort = _effort(name, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
-        given = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))])]
+        given = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))]), *varied.items()]
         found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given)
         poses = np.ascontiguousarray(targets).reshape(math.prod(lead), 4, 4)
         self._fill(_Task(poses, starts, chosen, effort), lead, found, workers_for(threads))
@@ -170,7 +180,9 @@ class NumericInverse:
         for label, array in given:
             if not isinstance(array, np.ndarray) or array.dtype not in (np.float64, np.float32):
                 raise TypeError(f"{self.__name__}: bind needs {label} as an array of float64 or float32")
-        found = self._checked(results, base_T_tool.shape[:-2], base_T_tool.dtype, given)
+        _, varied = settled_params(self.__name__, checked_params(self.__name__, options.get("params"), self._params))
+        lead = self._lead(base_T_tool, varied)
+        found = self._checked(results, lead, base_T_tool.dtype, [*given, *varied.items()])
         return partial(self, base_T_tool, start, out=found, **options)
 
     def __reduce__(self) -> str:
@@ -179,6 +191,15 @@ class NumericInverse:
     def __repr__(self) -> str:
         given = f"base_T_tool (4, 4), start ({self.dof},)"
         return f"<{self.__module__}.{self.__name__}: {given} to ({self.dof},), backend {self.backend}>"
+
+    def _lead(self, targets: Floats, varied: Mapping[str, NDArray[Any]]) -> tuple[int, ...]:
+        """The axes of the batch, to which those of the targets and of all parameters broadcast."""
+        try:
+            return np.broadcast_shapes(targets.shape[:-2], *(array.shape for array in varied.values()))
+        except ValueError:
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in varied.items() if array.ndim)
+            shapes = f"base_T_tool {targets.shape}, {shapes}"
+            raise ValueError(f"{self.__name__}: the shapes of {shapes} do not fit together") from None
 
     def _starts(self, start: ArrayLike | None, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
         """One start for each target, flat."""
@@ -227,8 +248,14 @@ class NumericInverse:
     def _search(self, whole: _Task, found: NumericSolution, first: int, last: int) -> None:
         """Search for some of the targets."""
         task, part = whole.part(first, last), slice(first, last)
+        if self._native is None and isinstance(task.params, np.ndarray) and last - first > 1:
+            # Each target has a robot of its own.
+            for each in range(first, last):
+                self._search(whole, found, each, each + 1)
+            return
         if self._native is None:
-            evaluate = self.kernel if task.params is None else partial(self.kernel, params=task.params)
+            own = self._params._make(task.params[0].tolist()) if isinstance(task.params, np.ndarray) else task.params
+            evaluate = self.kernel if own is None else partial(self.kernel, params=own)
             search = Search(evaluate, self.joints, self.reach, task.targets, task.effort)
             search.run(task.starts, np.random.default_rng((task.effort.seed, first)))
             answer: tuple[Any, ...] = search.q, search.errors, search.iterations, search.solved
@@ -245,7 +272,10 @@ class NumericInverse:
         single = targets.dtype == np.float32
         prefix, item = (f"{self._symbol}_f32", "float[]") if single else (self._symbol, "double[]")
         call = getattr(self._native.lib, f"{prefix}_{self.__name__}_many")
-        structs = () if params is None else (ffi.new(f"{prefix}_params *", list(params)),)
+        if isinstance(params, np.ndarray):
+            structs: tuple[Any, ...] = ffi.from_buffer(item, params), 1
+        else:
+            structs = () if params is None else (ffi.new(f"{prefix}_params *", list(params)), 0)
         q, errors = np.empty((count, self.dof), targets.dtype), np.empty((count, 2), targets.dtype)
         iterations, solved = np.empty(count, np.int32), np.empty(count, np.uint8)
         call(
