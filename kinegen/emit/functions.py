@@ -98,6 +98,6 @@ def function_templates(programs: tuple[Program, ...], real: Real, *, batch: bool
     if batch and uses(programs, Operator.SELECT_LT):
         called.append(f"c/_select_{bits}.c.jinja")
     before = [f"c/_bits_{bits}.c.jinja"] if needs_bits(programs, real, batch=batch) else []
-    if called and not uses(programs, Operator.SIN, Operator.COS):
+    if called and not uses(programs, Operator.SINCOS):
         before.insert(0, f"c/_registers_{bits}.c.jinja")  # the template of the pair holds this too
     return (*before, *called)

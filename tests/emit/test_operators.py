@@ -173,7 +173,7 @@ class Strange:
     ("emitter", "language"), [(lambda k: emit_kernel(k, Real.DOUBLE), "C"), (emit_formula, "Python")]
 )
 def test_an_operand_that_a_language_does_not_know_is_an_error(emitter: Any, language: str) -> None:
-    kernels = with_statement(Statement("t0", Operator.NEG, (Strange(),)))  # type: ignore[arg-type]
+    kernels = with_statement(Statement(("t0",), Operator.NEG, (Strange(),)))  # type: ignore[arg-type]
 
     with pytest.raises(TypeError, match=rf"{language} has no form for the operand Strange\(\)"):
         emitter(kernels)
@@ -183,13 +183,14 @@ class Root(str):
     """An operator that no language knows yet."""
 
     arity = 2
+    results = 1
 
 
 @pytest.mark.parametrize(
     ("emitter", "language"), [(lambda k: emit_kernel(k, Real.DOUBLE), "C"), (emit_formula, "Python")]
 )
 def test_an_operator_that_a_language_does_not_know_is_an_error(emitter: Any, language: str) -> None:
-    kernels = with_statement(Statement("t0", Root("root"), (Variable(0), Variable(1))))  # type: ignore[arg-type]
+    kernels = with_statement(Statement(("t0",), Root("root"), (Variable(0), Variable(1))))  # type: ignore[arg-type]
 
     with pytest.raises(TypeError, match=rf"{language} has no form for the operator 'root'"):
         emitter(kernels)

@@ -39,8 +39,8 @@ def angle_range(kernels: Kernels, real: Real, box: Box) -> tuple[float, float]:
     """
     found = [(0.0, 0.0)]
     for program in kernels.programs:
-        sums = _Sums(kernels, real, box, {statement.name: statement for statement in program.statements})
-        angles = {each.operands[0] for each in program.statements if each.operator in (Operator.SIN, Operator.COS)}
+        sums = _Sums(kernels, real, box, {name: each for each in program.statements for name in each.results})
+        angles = {each.operands[0] for each in program.statements if each.operator is Operator.SINCOS}
         found += [sums.bounds(angle) for angle in angles]
     return min(float(low) for low, _ in found), max(float(high) for _, high in found)
 

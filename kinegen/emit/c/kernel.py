@@ -163,7 +163,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         limit_names=limit_names(robot, real),
         dof=macro(robot.name, "DOF"),
         accuracy=accuracy_lines(kernels, source),
-        sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
+        sincos=SINCOS[real] if uses(kernels.programs, Operator.SINCOS) else None,
         sincos_macro=sincos_macro(robot.name, real),
         sincos_lines=_sincos_lines(SINCOS[real], sincos_macro(robot.name, real), source),
         routines=function_templates(kernels.programs, real),

@@ -61,7 +61,7 @@ class CPrinter:
         return f"{place} = {self.operand(operand).removeprefix('(').removesuffix(')')};"
 
     def lines(self, program: Program, places: Sequence[str | None]) -> tuple[str, ...]:
-        """The statements of a program; a sine and a cosine of one angle are one call.
+        """The statements of a program.
 
         Args:
             program: The program.
@@ -76,32 +76,21 @@ class CPrinter:
             group = stores[operand.name] if isinstance(operand, Temporary) else last
             group.append(self.assignment(place, operand))
         lines: list[str] = []
-        done: set[Operand] = set()
-        labels = self._pair_labels(program)
         for statement in program.statements:
-            angle = statement.operands[0]
-            if statement.operator not in (Operator.SIN, Operator.COS):
-                lines.append(f"const {self.real} {statement.name} = {self._expression(statement)};")
-                lines += stores[statement.name]
-            elif angle not in done:
-                done.add(angle)
-                lines += self._pair(labels[angle], angle)
-                lines += stores[f"s{labels[angle]}"] + stores[f"c{labels[angle]}"]
+            lines += self._statement(statement)
+            for name in statement.results:
+                lines += stores[name]
         return (*lines, *last)
 
-    def _pair(self, label: str, angle: Operand) -> list[str]:
+    def _statement(self, statement: Statement) -> list[str]:
+        if statement.operator is not Operator.SINCOS:
+            return [f"const {self.real} {statement.name} = {self._expression(statement)};"]
+        (angle,), (sine, cosine) = statement.operands, statement.results
         return [
-            f"{self.real} s{label};",
-            f"{self.real} c{label};",
-            f"{self.sincos}({self.operand(angle)}, &s{label}, &c{label});",
+            f"{self.real} {sine};",
+            f"{self.real} {cosine};",
+            f"{self.sincos}({self.operand(angle)}, &{sine}, &{cosine});",
         ]
-
-    def _pair_labels(self, program: Program) -> dict[Operand, str]:
-        return {
-            statement.operands[0]: statement.name[1:]
-            for statement in program.statements
-            if statement.operator in (Operator.SIN, Operator.COS)
-        }
 
     def _expression(self, statement: Statement) -> str:
         operands = [self.operand(operand) for operand in statement.operands]

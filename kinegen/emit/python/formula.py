@@ -21,6 +21,7 @@ from kinegen.ir.program import (
 from kinegen.naming import python_identifier
 
 _FORMS = {
+    Operator.SINCOS: "_sincos({})",
     Operator.NEG: "-{}",
     Operator.SQRT: "np.sqrt({})",
     Operator.ATAN2: "_atan2({}, {})",
@@ -122,19 +123,11 @@ class _Printer:
     variables: tuple[str, ...]
 
     def lines(self, program: Program) -> tuple[str, ...]:
-        halves: dict[Operand, set[str]] = {}
-        for statement in program.statements:
-            if statement.operator in (Operator.SIN, Operator.COS):
-                halves.setdefault(statement.operands[0], set()).add(statement.name)
+        used = program.used
         lines: list[str] = []
         for statement in program.statements:
-            angle = statement.operands[0]
-            if statement.operator not in (Operator.SIN, Operator.COS):
-                lines.append(f"{statement.name} = {self.expression(statement)}")
-            elif angle in halves:
-                found, label = halves.pop(angle), statement.name[1:]
-                sine, cosine = (name if name in found else "_" for name in (f"s{label}", f"c{label}"))
-                lines.append(f"{sine}, {cosine} = _sincos({self.operand(angle)})")
+            names = (name if Temporary(name) in used else "_" for name in statement.results)
+            lines.append(f"{', '.join(names)} = {self.expression(statement)}")
         return tuple(lines)
 
     def expression(self, statement: Statement) -> str:

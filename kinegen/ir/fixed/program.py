@@ -57,16 +57,26 @@ class FixedStatement:
     """One integer operation.
 
     Attributes:
-        name: The temporary that it defines; for `SINCOS` the label that follows `s` and `c`.
+        results: The names of the temporaries that it defines; two for `SINCOS`, and else one.
         operation: What it does.
         operands: What it does it to; the second factor of a product is within `LARGEST_FACTOR`.
         shift: Bits dropped by `MULTIPLY`, `ROUND` and `TURN_PART`.
     """
 
-    name: str
+    results: tuple[str, ...]
     operation: Operation
     operands: tuple[FixedOperand, ...]
     shift: int = 0
+
+    @property
+    def name(self) -> str:
+        """The name of the only result.
+
+        Raises:
+            ValueError: If there are two.
+        """
+        (name,) = self.results
+        return name
 
 
 @dataclass(frozen=True, slots=True)
