@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.older import StrEnum
-from kinegen.outputs import Quantity, Signature
+from kinegen.outputs import Array, Quantity, Signature
 
 
 class Operator(StrEnum):
@@ -190,6 +190,25 @@ class Program:
     def used(self) -> frozenset[Operand]:
         """All operands of statements and outputs; of a sine and a cosine one may be missing."""
         return frozenset((*(each for statement in self.statements for each in statement.operands), *self.outputs))
+
+    @property
+    def reads_parameters(self) -> bool:
+        """Whether any result depends on a runtime parameter."""
+        return any(isinstance(operand, RuntimeParameter) for operand in self.used)
+
+    @property
+    def asks_type(self) -> bool:
+        """Whether a number in it depends on the number type."""
+        return any(isinstance(operand, Constant) and operand.single is not None for operand in self.used)
+
+    def reads(self, array: Array) -> bool:
+        """Whether any result depends on a number of one of the inputs."""
+        first = sum(given.size for given in self.signature.inputs[: self.signature.inputs.index(array)])
+        return any(Variable(index) in self.used for index in range(first, first + array.size))
+
+    def uses(self, *operators: Operator) -> bool:
+        """Whether it has one of these operations."""
+        return any(statement.operator in operators for statement in self.statements)
 
 
 def check(program: Program) -> None:

@@ -17,6 +17,7 @@ from kinegen.ir.program import (
     Variable,
     count,
 )
+from kinegen.outputs import Array, Kind, Quantity, Signature
 from tests.signatures import positions
 
 ZERO = Constant(Fraction(0))
@@ -80,3 +81,48 @@ def test_an_unsound_program_is_refused(statements: list[Statement], last: Operan
 def test_the_number_of_outputs_must_fit_the_results() -> None:
     with pytest.raises(ValueError, match="1 outputs for results of 3 numbers"):
         Program(positions(0), (), (), (), (ZERO,))
+
+
+Q, QD, NONE = Array("q", (2,)), Array("qd", (2,)), Array("none", (0,))
+TWIST = Signature(Quantity(Kind.TWIST), ("tool",), 2, (Q, NONE, QD), (Array("twist", (1,)),))
+
+
+def twist(*statements: Statement, last: Operand) -> Program:
+    return Program(TWIST, ("a2",), (), statements, (last,))
+
+
+@pytest.mark.parametrize(
+    ("index", "read"), [(0, {"q"}), (1, {"q"}), (2, {"qd"}), (3, {"qd"})], ids=["q1", "q2", "qd1", "qd2"]
+)
+def test_an_input_is_read_where_a_statement_or_a_result_has_one_of_its_numbers(index: int, read: set[str]) -> None:
+    stored = twist(last=Variable(index))
+    computed = twist(Statement(("t0",), Operator.NEG, (Variable(index),)), last=Temporary("t0"))
+
+    for one in (stored, computed):
+        assert {array.name for array in TWIST.inputs if one.reads(array)} == read
+
+
+def test_an_array_that_is_not_an_input_is_not_asked_for() -> None:
+    with pytest.raises(ValueError, match="not in tuple"):
+        twist(last=ZERO).reads(TWIST.results[0])
+
+
+def test_parameters_are_read_by_statements_and_by_results() -> None:
+    half = Statement(("t0",), Operator.MUL, (RuntimeParameter("a2"), Variable(0)))
+
+    assert twist(half, last=Temporary("t0")).reads_parameters
+    assert twist(last=RuntimeParameter("a2")).reads_parameters
+    assert not twist(last=Variable(0)).reads_parameters
+
+
+def test_numbers_of_one_type_alone_are_noticed() -> None:
+    assert twist(last=Constant(Fraction(1), Fraction(2))).asks_type
+    assert not twist(last=Constant(Fraction(1))).asks_type
+
+
+def test_operators_are_found_in_statements() -> None:
+    one = twist(pair("s1", "c1"), last=Temporary("c1"))
+
+    assert one.uses(Operator.SQRT, Operator.SINCOS)
+    assert not one.uses(Operator.SQRT, Operator.ATAN2)
+    assert not one.uses()

@@ -231,12 +231,11 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
     body = _body(kernels, program, real)
-    text = "\n".join(body)
     prototype, definition = (
         f"void {name}({scalar_arguments(kernels, program, real, restrict=restrict)})" for restrict in (False, True)
     )
-    reads = [(array.name, f"{array.name}[") for array in given(program)]
-    reads += [("params", "params->")] * bool(robot.runtime_parameters)
+    unused = [array.name for array in given(program) if not program.reads(array)]
+    unused += ["params"] * bool(robot.runtime_parameters and not program.reads_parameters)
     return Function(
         name=name,
         heading=tuple(textwrap.wrap(brief(program.signature), LINE, break_on_hyphens=False)),
@@ -249,7 +248,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         body=body,
         inputs=tuple((array.name, input_text(array)) for array in given(program)),
         results=tuple((array.name, _shape(kernels, program, array)) for array in computed(program)),
-        unused=tuple(argument for argument, sign in reads if sign not in text),
+        unused=tuple(unused),
     )
 
 

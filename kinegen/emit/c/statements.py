@@ -41,16 +41,19 @@ class CPrinter:
     selects_bits: bool = False
 
     def operand(self, operand: Operand) -> str:
-        """One operand."""
+        """One operand of an operation; a negative number is in brackets."""
+        text = self.value(operand)
+        return f"({text})" if isinstance(operand, Constant) and operand.of(self.real is Real.FLOAT) < 0 else text
+
+    def value(self, operand: Operand) -> str:
+        """One operand by itself."""
         match operand:
             case Variable(index):
                 return self.variables[index]
             case RuntimeParameter(name):
                 return f"params->{name}"
             case Constant():
-                value = operand.of(self.real is Real.FLOAT)
-                literal = self.real.literal(value)
-                return f"({literal})" if value < 0 else literal
+                return self.real.literal(operand.of(self.real is Real.FLOAT))
             case Temporary(name):
                 return name
             case _:
@@ -58,7 +61,7 @@ class CPrinter:
 
     def assignment(self, place: str, operand: Operand) -> str:
         """The assignment of an operand to a place of the result."""
-        return f"{place} = {self.operand(operand).removeprefix('(').removesuffix(')')};"
+        return f"{place} = {self.value(operand)};"
 
     def lines(self, program: Program, places: Sequence[str | None]) -> tuple[str, ...]:
         """The statements of a program.

@@ -81,8 +81,8 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
         robot=kernels.robot.name,
         provenance=provenance(kernels.robot),
         parameters=bool(kernels.defaults),
-        sincos=any("_sincos(" in line for formula in formulas for line in formula.body),
-        atan2=any("_atan2(" in line for formula in formulas for line in formula.body),
+        sincos=any(program.uses(Operator.SINCOS) for program in kernels.programs),
+        atan2=any(program.uses(Operator.ATAN2) for program in kernels.programs),
         formulas=formulas,
     )
     return {"_numpy.py": environment().get_template("python/_numpy.py.jinja").render(k=context)}
@@ -92,23 +92,21 @@ def _formula(program: Program, parameters: bool) -> Formula:
     printer = _Printer(
         tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
     )
-    body = printer.lines(program)
-    results = tuple(f"{printer.operand(operand)}," for operand in program.outputs)
-    text = "\n".join((*body, *results))
-    reads_parameters = "params." in text
-    names = [array.name for array in program.signature.inputs]
+    reads_parameters = program.reads_parameters
+    inputs = program.signature.inputs
     # The first input has the number type of the parameters.
-    unused = [name for name in names if f"{name}[" not in text and not (reads_parameters and name == names[0])]
+    typed = inputs[:1] if reads_parameters else ()
+    unused = [array.name for array in inputs if array not in typed and not program.reads(array)]
     unused += ["params"] if parameters and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
         brief=brief(program.signature),
         inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
-        body=body,
-        results=results,
+        body=printer.lines(program),
+        results=tuple(f"{printer.operand(operand)}," for operand in program.outputs),
         unused=tuple(unused),
         reads_parameters=reads_parameters,
-        asks_type=" if single else " in text,
+        asks_type=program.asks_type,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kinegen.ir.program import Program, RuntimeParameter, Temporary, Variable
@@ -112,3 +113,19 @@ class FixedProgram:
     outputs: tuple[FixedOperand, ...]
     bits: tuple[int, ...]
     errors: tuple[float, ...]
+
+    @property
+    def reads_joints(self) -> bool:
+        """Whether any result depends on a joint variable."""
+        return any(isinstance(operand, Variable) for operand in self._used)
+
+    @property
+    def reads_parameters(self) -> bool:
+        """Whether any result depends on a runtime parameter."""
+        return any(isinstance(operand, RuntimeParameter) for operand in self._used)
+
+    @property
+    def _used(self) -> Iterator[FixedOperand]:
+        for statement in self.statements:
+            yield from statement.operands
+        yield from self.outputs
