@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import defaultdict
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
 
-from kinegen.emit.functions import ROUTINES
+from kinegen.emit.c.constants import is_length
+from kinegen.emit.functions import LINE, ROUTINES
 from kinegen.emit.reals import Real
+from kinegen.emit.sections import FIXED, Section, angle_names
 from kinegen.ir.program import (
     Constant,
     Operand,
@@ -32,6 +36,7 @@ class CPrinter:
         variables: How each number of the inputs is written.
         prefix: What the names of other functions begin with.
         selects_bits: Whether selections are calls of a function, so that loops over them become vector code.
+        constants: Names of lengths.
     """
 
     real: Real
@@ -39,6 +44,7 @@ class CPrinter:
     variables: tuple[str, ...]
     prefix: str
     selects_bits: bool = False
+    constants: Mapping[Fraction, str] = field(default_factory=dict)
 
     def operand(self, operand: Operand) -> str:
         """One operand of an operation; a negative number is in brackets."""
@@ -63,13 +69,17 @@ class CPrinter:
         """The assignment of an operand to a place of the result."""
         return f"{place} = {self.value(operand)};"
 
-    def lines(self, program: Program, places: Sequence[str | None]) -> tuple[str, ...]:
+    def lines(
+        self, program: Program, places: Sequence[str | None], parts: Sequence[Section] = (), rows: Sequence[str] = ()
+    ) -> tuple[str, ...]:
         """The statements of a program.
 
         Args:
             program: The program.
             places: Where each of its outputs belongs. A result is stored as soon as it is there, so that it need not
                 be kept (outputs do not overlap inputs); what needs no computing comes last. None leaves one out.
+            parts: Its sections, each with a blank line and a title before it; none for lines without titles.
+            rows: What comes after all that: assignments of numbers.
         """
         stores: defaultdict[str, list[str]] = defaultdict(list)
         last: list[str] = []
@@ -79,15 +89,20 @@ class CPrinter:
             group = stores[operand.name] if isinstance(operand, Temporary) else last
             group.append(self.assignment(place, operand))
         lines: list[str] = []
-        for statement in program.statements:
-            lines += self._statement(statement)
-            for name in statement.results:
-                lines += stores[name]
-        return (*lines, *last)
+        angles = angle_names(program)
+        for part in parts or (Section("", program.statements),):
+            lines += _heading(part.title)
+            for statement in part.statements:
+                lines += self._statement(statement, self.constants if is_length(statement, angles) else {})
+                for name in statement.results:
+                    lines += stores[name]
+        if parts and (last or rows):
+            lines += _heading(FIXED)
+        return (*lines[bool(parts) :], *last, *rows)  # no blank line at the beginning
 
-    def _statement(self, statement: Statement) -> list[str]:
+    def _statement(self, statement: Statement, constants: Mapping[Fraction, str]) -> list[str]:
         if statement.operator is not Operator.SINCOS:
-            return [f"const {self.real} {statement.name} = {self._expression(statement)};"]
+            return [f"const {self.real} {statement.name} = {self._expression(statement, constants)};"]
         (angle,), (sine, cosine) = statement.operands, statement.results
         return [
             f"{self.real} {sine};",
@@ -95,8 +110,14 @@ class CPrinter:
             f"{self.sincos}({self.operand(angle)}, &{sine}, &{cosine});",
         ]
 
-    def _expression(self, statement: Statement) -> str:
-        operands = [self.operand(operand) for operand in statement.operands]
+    def _named(self, operand: Operand, constants: Mapping[Fraction, str]) -> str:
+        """One operand, a length of the table by its name."""
+        if not isinstance(operand, Constant) or operand.single is not None or abs(operand.value) not in constants:
+            return self.operand(operand)
+        return f"{'-' if operand.value < 0 else ''}{constants[abs(operand.value)]}"
+
+    def _expression(self, statement: Statement, constants: Mapping[Fraction, str]) -> str:
+        operands = [self._named(operand, constants) for operand in statement.operands]
         if statement.operator is Operator.NEG:
             return f"-{operands[0]}"
         if statement.operator is Operator.SELECT_LT and not self.selects_bits:
@@ -107,3 +128,12 @@ class CPrinter:
         if statement.operator not in _SYMBOLS:
             raise TypeError(f"C has no form for the operator {statement.operator!r}")
         return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
+
+
+def _heading(title: str) -> list[str]:
+    """A blank line and a comment; nothing where there is no title."""
+    if not title:
+        return []
+    first, *others = textwrap.wrap(title, LINE - 5, break_long_words=False)
+    lines = [f"/* {first}", *(f" * {line}" for line in others)]
+    return ["", *lines[:-1], f"{lines[-1]} */"]

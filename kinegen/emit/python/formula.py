@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.sections import Section, sections
 from kinegen.emit.words import brief, input_text
 from kinegen.ir.program import (
     Constant,
@@ -76,7 +78,7 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
     Returns:
         The module, by file name.
     """
-    formulas = tuple(_formula(program, bool(kernels.defaults)) for program in kernels.programs)
+    formulas = tuple(_formula(kernels, program) for program in kernels.programs)
     context = FormulaContext(
         robot=kernels.robot.name,
         provenance=provenance(kernels.robot),
@@ -88,7 +90,7 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
     return {"_numpy.py": environment().get_template("python/_numpy.py.jinja").render(k=context)}
 
 
-def _formula(program: Program, parameters: bool) -> Formula:
+def _formula(kernels: Kernels, program: Program) -> Formula:
     printer = _Printer(
         tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
     )
@@ -97,12 +99,12 @@ def _formula(program: Program, parameters: bool) -> Formula:
     # The first input has the number type of the parameters.
     typed = inputs[:1] if reads_parameters else ()
     unused = [array.name for array in inputs if array not in typed and not program.reads(array)]
-    unused += ["params"] if parameters and not reads_parameters else []
+    unused += ["params"] if kernels.defaults and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
         brief=brief(program.signature),
         inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
-        body=printer.lines(program),
+        body=printer.lines(program, sections(kernels.robot, program)),
         results=tuple(f"{printer.operand(operand)}," for operand in program.outputs),
         unused=tuple(unused),
         reads_parameters=reads_parameters,
@@ -120,13 +122,15 @@ class _Printer:
 
     variables: tuple[str, ...]
 
-    def lines(self, program: Program) -> tuple[str, ...]:
+    def lines(self, program: Program, parts: Sequence[Section]) -> tuple[str, ...]:
         used = program.used
         lines: list[str] = []
-        for statement in program.statements:
-            names = (name if Temporary(name) in used else "_" for name in statement.results)
-            lines.append(f"{', '.join(names)} = {self.expression(statement)}")
-        return tuple(lines)
+        for part in parts:
+            lines += ["", f"# {part.title}"]
+            for statement in part.statements:
+                names = (name if Temporary(name) in used else "_" for name in statement.results)
+                lines.append(f"{', '.join(names)} = {self.expression(statement)}")
+        return tuple(lines[1:])  # no blank line at the beginning
 
     def expression(self, statement: Statement) -> str:
         operands = [self.operand(operand) for operand in statement.operands]
