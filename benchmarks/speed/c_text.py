@@ -166,12 +166,11 @@ def floor_operations(program: Program, real: Real) -> int:
 
 def _angles(program: Program) -> tuple[list[Statement], list[Operand]]:
     """The angles whose sines and cosines are taken, and the statements that compute them."""
-    trigonometric = (Operator.SIN, Operator.COS)
-    angles = list(dict.fromkeys(each.operands[0] for each in program.statements if each.operator in trigonometric))
+    angles = [each.operands[0] for each in program.statements if each.operator is Operator.SINCOS]
     needed = {angle.name for angle in angles if isinstance(angle, Temporary)}
     before: list[Statement] = []
     for each in reversed(program.statements):
-        if each.name in needed:
+        if not needed.isdisjoint(each.results):
             before.insert(0, each)
             needed |= {operand.name for operand in each.operands if isinstance(operand, Temporary)}
     return before, angles

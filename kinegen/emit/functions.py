@@ -58,12 +58,12 @@ ROUTINES: Mapping[Real, Mapping[Operator, Routine]] = MappingProxyType(
 
 def uses(programs: tuple[Program, ...], *operators: Operator) -> bool:
     """Whether any program has one of these operations."""
-    return any(statement.operator in operators for program in programs for statement in program.statements)
+    return any(program.uses(*operators) for program in programs)
 
 
 def is_straight(program: Program) -> bool:
     """Whether a program has none of the operations of which compilers make branches."""
-    return not uses((program,), Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT)
+    return not program.uses(Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT)
 
 
 def routine_lines(routines: tuple[Routine, ...]) -> tuple[str, ...]:
@@ -98,6 +98,6 @@ def function_templates(programs: tuple[Program, ...], real: Real, *, batch: bool
     if batch and uses(programs, Operator.SELECT_LT):
         called.append(f"c/_select_{bits}.c.jinja")
     before = [f"c/_bits_{bits}.c.jinja"] if needs_bits(programs, real, batch=batch) else []
-    if called and not uses(programs, Operator.SIN, Operator.COS):
+    if called and not uses(programs, Operator.SINCOS):
         before.insert(0, f"c/_registers_{bits}.c.jinja")  # the template of the pair holds this too
     return (*before, *called)

@@ -79,7 +79,7 @@ class Printer:
         return self.syntax.store.format(place=place, value=value)
 
     def lines(self, program: Program, places: Sequence[str]) -> tuple[str, ...]:
-        """The statements of a program; a sine and a cosine of one angle are computed together.
+        """The statements of a program; one operation each.
 
         Args:
             program: The program.
@@ -92,17 +92,17 @@ class Printer:
             group = stores[operand.name] if isinstance(operand, Temporary) else last
             group.append(self.assignment(place, operand))
         lines: list[str] = []
-        done: set[Operand] = set()
         for statement in program.statements:
-            angle = statement.operands[0]
-            if statement.operator not in (Operator.SIN, Operator.COS):
-                value = self._expression(statement)
-                lines += [self.syntax.define.format(name=statement.name, value=value), *stores[statement.name]]
-            elif angle not in done:
-                done.add(angle)
-                sine, cosine = (f"{letter}{statement.name[1:]}" for letter in "sc")
-                lines += [*self.syntax.sincos(sine, cosine, self.operand(angle)), *stores[sine], *stores[cosine]]
+            lines += self._statement(statement)
+            for name in statement.results:
+                lines += stores[name]
         return (*lines, *last)
+
+    def _statement(self, statement: Statement) -> tuple[str, ...]:
+        if statement.operator is Operator.SINCOS:
+            sine, cosine = statement.results
+            return self.syntax.sincos(sine, cosine, self.operand(statement.operands[0]))
+        return (self.syntax.define.format(name=statement.name, value=self._expression(statement)),)
 
     def _expression(self, statement: Statement) -> str:
         if statement.operator not in self.syntax.forms:

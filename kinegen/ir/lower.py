@@ -18,7 +18,7 @@ from kinegen.errors import KinegenError
 from kinegen.ir.names import name_values
 from kinegen.ir.program import Operator, Program
 from kinegen.ir.signs import absorb_signs
-from kinegen.ir.values import Value, Values
+from kinegen.ir.values import Half, Value, Values
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
 from kinegen.symbolic.expressions import IN_SINGLE, Expressions
@@ -85,9 +85,9 @@ class _Lowering:
             return self._power(expression)
         if isinstance(expression, sp.sin):
             sign, angle = self.value(expression.args[0])
-            return sign, self.values.apply(Operator.SIN, angle)
+            return sign, self.values.apply(Half.SIN, angle)
         if isinstance(expression, sp.cos):
-            return 1, self.values.apply(Operator.COS, self.value(expression.args[0])[1])
+            return 1, self.values.apply(Half.COS, self.value(expression.args[0])[1])
         if isinstance(expression, sp.atan2):
             return self._arc_tangent(*expression.args)
         if isinstance(expression, sp.atan):
@@ -121,7 +121,7 @@ class _Lowering:
             return (self.known[expression][1],)
         if isinstance(expression, (sp.sin, sp.cos)):
             angle = self.value(expression.args[0])[1]
-            return (self.values.apply(Operator.SIN if isinstance(expression, sp.sin) else Operator.COS, angle),)
+            return (self.values.apply(Half.SIN if isinstance(expression, sp.sin) else Half.COS, angle),)
         return tuple(sorted(number for argument in expression.args for number in self._rank(argument)))
 
     def _product(self, expression: sp.Mul) -> Value:

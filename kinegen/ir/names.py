@@ -22,13 +22,13 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
-from kinegen.ir.values import Node, Values
+from kinegen.ir.values import Half, Node, Values
 from kinegen.outputs import Signature
 
 _READINGS = "actuators"
 """The input of kernels that begin at the motors."""
 
-_TRIGONOMETRIC = (Operator.SIN, Operator.COS)
+_HALVES = tuple(Half)
 _LONG = (Operator.SQRT, Operator.ATAN2)
 
 
@@ -54,12 +54,12 @@ def name_values(
     order = naming.order(outputs)
     for number in order:
         naming.name(number)
-    statements = tuple(naming.statement(number) for number in order)
+    statements = dict.fromkeys(naming.statement(number) for number in order)  # one for both halves of a pair
     return Program(
         signature=signature,
         parameters=parameters,
         angles=tuple(naming.angles.values()),
-        statements=statements,
+        statements=tuple(statements),
         outputs=tuple(naming.operand(number) for number in outputs),
     )
 
@@ -81,17 +81,17 @@ class _Naming:
         depend on other pairs come after those, with what leads to them.
         """
         live = self._needed(outputs)
-        trigonometric = [number for number in sorted(live) if self._operator(number) in _TRIGONOMETRIC]
+        trigonometric = [number for number in sorted(live) if isinstance(self._operator(number), Half)]
         for angle in sorted({self._node(number).operands[0] for number in trigonometric}, key=self._angle_key):
             self._add_angle(angle)
         early = self._needed(trigonometric)
         rank = {angle: place for place, angle in enumerate(self.angles)}
         pairs = sorted(
             trigonometric,
-            key=lambda number: (rank[self._node(number).operands[0]], self._operator(number) is Operator.COS),
+            key=lambda number: (rank[self._node(number).operands[0]], self._operator(number) is Half.COS),
         )
         sums = [number for number in sorted(early) if self._is_operation(number) and number not in pairs]
-        rounds = self._rounds(live, _TRIGONOMETRIC)
+        rounds = self._rounds(live, _HALVES)
         first = sorted([*sums, *pairs], key=lambda number: rounds[number])  # in each round sums, then pairs
         late = [number for number in sorted(live) if self._is_operation(number) and number not in early]
         return first + [number for group in self._grouped(live, late) for number in shorten_lives(self.values, group)]
@@ -108,7 +108,7 @@ class _Naming:
             groups.setdefault((rounds[number], self._operator(number) in _LONG), []).append(number)
         return [groups[key] for key in sorted(groups)]
 
-    def _rounds(self, live: set[int], operators: tuple[Operator, ...]) -> dict[int, int]:
+    def _rounds(self, live: set[int], operators: tuple[Operator | Half, ...]) -> dict[int, int]:
         """How many of some operators have to be taken one after the other before each value can be computed."""
         rounds: dict[int, int] = {}
         for number in sorted(live):
@@ -122,8 +122,8 @@ class _Naming:
     def name(self, number: int) -> None:
         """Give a live operation its name."""
         node = self._node(number)
-        if node.operator in _TRIGONOMETRIC:
-            self.names[number] = node.operator.value[0] + self.angles[node.operands[0]].label
+        if isinstance(node.operator, Half):
+            self.names[number] = self._pair_names(node.operands[0])[node.operator is Half.COS]
         elif number in self.angles:
             self.names[number] = "q" + self.angles[number].label
         else:
@@ -131,9 +131,16 @@ class _Naming:
             self.temporaries += 1
 
     def statement(self, number: int) -> Statement:
-        """The statement of a named operation."""
+        """The statement of a named operation; of one half of a pair that of both."""
         node = self._node(number)
-        return Statement(self.names[number], node.operator, tuple(self.operand(operand) for operand in node.operands))
+        operands = tuple(self.operand(operand) for operand in node.operands)
+        if isinstance(node.operator, Half):
+            return Statement(self._pair_names(node.operands[0]), Operator.SINCOS, operands)
+        return Statement((self.names[number],), node.operator, operands)
+
+    def _pair_names(self, angle: int) -> tuple[str, str]:
+        label = self.angles[angle].label
+        return f"s{label}", f"c{label}"
 
     def operand(self, number: int) -> Operand:
         """A value as an operand."""
@@ -190,7 +197,7 @@ class _Naming:
             raise TypeError(f"value {number} is no operation")
         return node
 
-    def _operator(self, number: int) -> Operator | None:
+    def _operator(self, number: int) -> Operator | Half | None:
         node = self.nodes[number]
         return node.operator if isinstance(node, Node) else None
 

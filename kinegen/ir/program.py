@@ -7,12 +7,11 @@ same time for every input.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.older import StrEnum
-from kinegen.outputs import Quantity, Signature
+from kinegen.outputs import Array, Quantity, Signature
 
 
 class Operator(StrEnum):
@@ -23,8 +22,8 @@ class Operator(StrEnum):
     MUL = "mul"
     DIV = "div"
     NEG = "neg"
-    SIN = "sin"
-    COS = "cos"
+    SINCOS = "sincos"
+    """The sine and the cosine of an angle, in this order; a program may use one of them alone."""
     SQRT = "sqrt"
     """Zero of zero, NaN of a negative number."""
     ATAN2 = "atan2"
@@ -37,8 +36,13 @@ class Operator(StrEnum):
         """Number of operands."""
         return _ARITIES.get(self, 2)
 
+    @property
+    def results(self) -> int:
+        """Number of temporaries that a statement defines."""
+        return 2 if self is Operator.SINCOS else 1
 
-_ARITIES = {Operator.NEG: 1, Operator.SIN: 1, Operator.COS: 1, Operator.SQRT: 1, Operator.SELECT_LT: 4}
+
+_ARITIES = {Operator.NEG: 1, Operator.SINCOS: 1, Operator.SQRT: 1, Operator.SELECT_LT: 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +82,7 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Temporary:
-    """The result of the statement of that name."""
+    """A result of a statement, by its name."""
 
     name: str
 
@@ -88,11 +92,27 @@ Operand = Variable | RuntimeParameter | Constant | Temporary
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One operation; `name` is the temporary that it defines."""
+    """One operation.
 
-    name: str
+    Attributes:
+        results: The names of the temporaries that it defines: one, or those of a sine and a cosine.
+        operator: What it does.
+        operands: What it does it to.
+    """
+
+    results: tuple[str, ...]
     operator: Operator
     operands: tuple[Operand, ...]
+
+    @property
+    def name(self) -> str:
+        """The name of the only result.
+
+        Raises:
+            ValueError: If there are two.
+        """
+        (name,) = self.results
+        return name
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,27 +186,50 @@ class Program:
         """The frames for which it computes it."""
         return self.signature.frames
 
+    @property
+    def used(self) -> frozenset[Operand]:
+        """All operands of statements and outputs; of a sine and a cosine one may be missing."""
+        return frozenset((*(each for statement in self.statements for each in statement.operands), *self.outputs))
+
+    @property
+    def reads_parameters(self) -> bool:
+        """Whether any result depends on a runtime parameter."""
+        return any(isinstance(operand, RuntimeParameter) for operand in self.used)
+
+    @property
+    def asks_type(self) -> bool:
+        """Whether a number in it depends on the number type."""
+        return any(isinstance(operand, Constant) and operand.single is not None for operand in self.used)
+
+    def reads(self, array: Array) -> bool:
+        """Whether any result depends on a number of one of the inputs."""
+        first = sum(given.size for given in self.signature.inputs[: self.signature.inputs.index(array)])
+        return any(Variable(index) in self.used for index in range(first, first + array.size))
+
+    def uses(self, *operators: Operator) -> bool:
+        """Whether it has one of these operations."""
+        return any(statement.operator in operators for statement in self.statements)
+
 
 def check(program: Program) -> None:
     """Verify the invariants of a program.
 
     Raises:
-        ValueError: If a name is defined twice, used before its definition or never, or a count is wrong.
+        ValueError: If a name is defined twice, used before its definition or never, two statements take the sine and
+            cosine of one angle, or a count is wrong.
     """
     defined: set[str] = set()
     for statement in program.statements:
-        if len(statement.operands) != statement.operator.arity:
-            raise ValueError(f"{statement.name}: {statement.operator} takes {statement.operator.arity} operands")
+        _check_counts(statement)
         for operand in statement.operands:
             _check_operand(program, operand, defined)
-        if statement.name in defined:
-            raise ValueError(f"{statement.name} is defined twice")
-        defined.add(statement.name)
+        for name in statement.results:
+            if name in defined:
+                raise ValueError(f"{name} is defined twice")
+            defined.add(name)
     for operand in program.outputs:
         _check_operand(program, operand, defined)
-    unused = defined - set(_used(program))
-    if unused:
-        raise ValueError(f"{sorted(unused)} are never used")
+    _check_uses(program)
     expected = sum(result.size for result in program.signature.results)
     if len(program.outputs) != expected:
         raise ValueError(f"{len(program.outputs)} outputs for results of {expected} numbers")
@@ -202,23 +245,37 @@ def _check_operand(program: Program, operand: Operand, defined: set[str]) -> Non
             raise ValueError(f"there is no runtime parameter {name}")
 
 
-def _used(program: Program) -> Iterator[str]:
-    for operands in (*(statement.operands for statement in program.statements), program.outputs):
-        yield from (operand.name for operand in operands if isinstance(operand, Temporary))
+def _check_counts(statement: Statement) -> None:
+    operator, names = statement.operator, " and ".join(statement.results)
+    if len(statement.operands) != operator.arity:
+        raise ValueError(f"{names}: {operator} takes {operator.arity} operands")
+    if len(statement.results) != operator.results:
+        raise ValueError(f"{names}: {operator} has {operator.results} results")
+
+
+def _check_uses(program: Program) -> None:
+    used = program.used
+    unused = {
+        statement.results
+        for statement in program.statements
+        if not any(Temporary(name) in used for name in statement.results)
+    }
+    if unused:
+        raise ValueError(f"{sorted(name for names in unused for name in names)} are never used")
+    angles = [statement.operands for statement in program.statements if statement.operator is Operator.SINCOS]
+    if len(set(angles)) < len(angles):
+        raise ValueError("the sine and cosine of one angle are taken twice")
 
 
 def count(program: Program) -> Count:
-    """Count the operations; a sine and a cosine of one angle are one sine-cosine pair."""
+    """Count the operations; a sine and a cosine of one angle are one operation."""
     operators = [statement.operator for statement in program.statements]
-    pairs = {
-        statement.operands[0] for statement in program.statements if statement.operator in (Operator.SIN, Operator.COS)
-    }
     return Count(
         multiplications=operators.count(Operator.MUL),
         additions=operators.count(Operator.ADD) + operators.count(Operator.SUB),
         negations=operators.count(Operator.NEG),
         divisions=operators.count(Operator.DIV),
-        sine_cosines=len(pairs),
+        sine_cosines=operators.count(Operator.SINCOS),
         roots=operators.count(Operator.SQRT),
         arc_tangents=operators.count(Operator.ATAN2),
         selections=operators.count(Operator.SELECT_LT),

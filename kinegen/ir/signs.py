@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 
 from kinegen.ir.program import Constant, Operator
-from kinegen.ir.values import Node, Value, Values
+from kinegen.ir.values import Half, Node, Value, Values
 
 _SUMS = (Operator.ADD, Operator.SUB)
 _PRODUCTS = (Operator.MUL, Operator.DIV)
@@ -96,7 +96,7 @@ def _unsigned(values: Values, number: int) -> Value:
 
 def _angles(values: Values, live: Sequence[int]) -> frozenset[int]:
     nodes = [node for number in live if isinstance(node := values.nodes[number], Node)]
-    return frozenset(node.operands[0] for node in nodes if node.operator in (Operator.SIN, Operator.COS))
+    return frozenset(node.operands[0] for node in nodes if isinstance(node.operator, Half))
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ class _Search:
 
     def _sign(self, node: Node, signs: Mapping[int, int]) -> tuple[bool, int]:
         """Whether the sign of a result is free, and what it is if not."""
-        if node.operator is Operator.SIN:  # an odd function
+        if node.operator is Half.SIN:  # an odd function
             return False, signs[node.operands[0]]
         if node.operator not in (*_SUMS, *_PRODUCTS):
             return False, 1

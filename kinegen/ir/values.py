@@ -8,15 +8,23 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from kinegen.ir.program import Constant, Operator, RuntimeParameter, Variable
+from kinegen.older import StrEnum
 
 Leaf = Variable | RuntimeParameter | Constant
 
 
+class Half(StrEnum):
+    """One result of a sine-cosine pair; a value by itself, with a sign and users of its own."""
+
+    SIN = "sin"
+    COS = "cos"
+
+
 @dataclass(frozen=True, slots=True)
 class Node:
-    """An operation on numbered values."""
+    """An operation on numbered values; one of two results is taken by a `Half`."""
 
-    operator: Operator
+    operator: Operator | Half
     operands: tuple[int, ...]
 
 
@@ -44,7 +52,7 @@ class Values:
         sign = -1 if value < 0 else 1
         return sign, self.number(Constant(abs(value), None if single in (None, value) else sign * single))
 
-    def apply(self, operator: Operator, *operands: int) -> int:
+    def apply(self, operator: Operator | Half, *operands: int) -> int:
         """An operation; operands of a sum or product are put in order of first use."""
         ordered = tuple(sorted(operands)) if operator in (Operator.ADD, Operator.MUL) else operands
         return self.number(Node(operator, ordered))

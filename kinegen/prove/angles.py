@@ -38,8 +38,9 @@ def angle_range(kernels: Kernels, real: Real, box: Box, most: float = np.inf) ->
     """
     found = [(0.0, 0.0)]
     for program in kernels.programs:
-        sums = _Sums(kernels, real, box, {statement.name: statement for statement in program.statements}, most)
-        angles = {each.operands[0] for each in program.statements if each.operator in (Operator.SIN, Operator.COS)}
+        statements = {name: each for each in program.statements for name in each.results}
+        sums = _Sums(kernels, real, box, statements, most)
+        angles = {each.operands[0] for each in program.statements if each.operator is Operator.SINCOS}
         found += [sums.bounds(angle) for angle in angles]
     return min(float(low) for low, _ in found), max(float(high) for _, high in found)
 

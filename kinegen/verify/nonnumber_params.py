@@ -25,7 +25,7 @@ from kinegen.verify.nonnumbers import FAR, MOVED, POINTS, Spoilt, differ, return
 from kinegen.verify.samples import input_samples, vector_samples
 from kinegen.verify.ways import Arrays, Way, results_of
 
-_SUMS = Operator.ADD, Operator.SUB, Operator.MUL, Operator.NEG, Operator.SIN, Operator.COS
+_SUMS = Operator.ADD, Operator.SUB, Operator.MUL, Operator.NEG, Operator.SINCOS
 """Of these alone an infinity or a far angle is passed on; below a fraction bar it may give zero."""
 
 

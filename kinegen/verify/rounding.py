@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.ir.bounds import NumberType
-from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 
 FloatArray = NDArray[np.float64]
 
@@ -74,6 +74,7 @@ class _Run:
         self._unit = float(real.unit)
         self._place = 0
         self._last_use = _last_uses(program)
+        self._used = program.used
         self._constants: dict[Constant, Any] = {}
 
     def results(self, inputs: FloatArray) -> FloatArray:
@@ -83,7 +84,9 @@ class _Run:
         with np.errstate(all="ignore"):
             for place, statement in enumerate(self._program.statements):
                 operands = [self._operand(operand, columns, known) for operand in statement.operands]
-                known[statement.name] = self._rounded(statement, operands, len(inputs))
+                for name, function in zip(statement.results, _OPERATIONS[statement.operator], strict=True):
+                    if Temporary(name) in self._used:
+                        known[name] = self._rounded(statement.operator, function(*operands), operands, len(inputs))
                 for name in self._last_use.get(place, ()):
                     del known[name]
             outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
@@ -112,18 +115,17 @@ class _Run:
             self._constants[operand] = value
         return self._constants[operand]
 
-    def _rounded(self, statement: Statement, operands: Sequence[Any], count: int) -> FloatArray:
-        value = _OPERATIONS[statement.operator](*operands)
-        if statement.operator in (Operator.SIN, Operator.COS):
+    def _rounded(self, operator: Operator, value: Any, operands: Sequence[Any], count: int) -> FloatArray:
+        if operator is Operator.SINCOS:
             value = np.where(np.abs(operands[0]) <= self._real.angle_limit, value, np.nan)
-        if statement.operator in _EXACT:
+        if operator in _EXACT:
             return np.asarray(value)
         # The directions are a fixed random sequence, read from a place that moves on with every operation.
         self._place = (self._place + 7919) % (_SIGNS - count)
         signs = self._signs[:, self._place : self._place + count]
-        if statement.operator in (Operator.SIN, Operator.COS):
+        if operator is Operator.SINCOS:
             return np.asarray(value + max(self._real.sine_error, self._unit) * signs)
-        unit = _ARC_TANGENT * self._unit if statement.operator is Operator.ATAN2 else self._unit
+        unit = _ARC_TANGENT * self._unit if operator is Operator.ATAN2 else self._unit
         return np.asarray(value * (1 + unit * signs))
 
 
@@ -140,15 +142,15 @@ def _last_uses(program: Program) -> dict[int, list[str]]:
     return found
 
 
-_OPERATIONS: Mapping[Operator, Any] = {
-    Operator.ADD: np.add,
-    Operator.SUB: np.subtract,
-    Operator.MUL: np.multiply,
-    Operator.DIV: np.divide,
-    Operator.NEG: np.negative,
-    Operator.SIN: np.sin,
-    Operator.COS: np.cos,
-    Operator.SQRT: np.sqrt,
-    Operator.ATAN2: lambda y, x: np.arctan2(y + 0.0, x + 0.0),  # zeros have no sign
-    Operator.SELECT_LT: lambda a, b, x, y: np.where(np.less(a, b), x, y),
+_OPERATIONS: Mapping[Operator, tuple[Any, ...]] = {
+    Operator.ADD: (np.add,),
+    Operator.SUB: (np.subtract,),
+    Operator.MUL: (np.multiply,),
+    Operator.DIV: (np.divide,),
+    Operator.NEG: (np.negative,),
+    Operator.SINCOS: (np.sin, np.cos),
+    Operator.SQRT: (np.sqrt,),
+    Operator.ATAN2: (lambda y, x: np.arctan2(y + 0.0, x + 0.0),),  # zeros have no sign
+    Operator.SELECT_LT: (lambda a, b, x, y: np.where(np.less(a, b), x, y),),
 }
+"""For each result of an operator what computes it."""

@@ -264,7 +264,7 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
     for statement in program.statements:
         known |= {operand: operand.value for operand in statement.operands if isinstance(operand, Constant)}
         operands = [known[operand] for operand in statement.operands if operand in known]
-        if statement.operator in (Operator.SIN, Operator.COS):
+        if statement.operator is Operator.SINCOS:
             yield from operands  # none if it comes from a sine, a root or the like
         elif len(operands) == statement.operator.arity and statement.operator in _EXACT:
             known[Temporary(statement.name)] = _EXACT[statement.operator](*operands)

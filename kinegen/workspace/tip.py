@@ -115,6 +115,6 @@ def _movers(program: Program) -> tuple[int, ...]:
     """The inputs that the outputs depend on, in order."""
     wanted = set(program.outputs)
     for statement in reversed(program.statements):
-        if Temporary(statement.name) in wanted:
+        if not wanted.isdisjoint(map(Temporary, statement.results)):
             wanted.update(statement.operands)
     return tuple(sorted(operand.index for operand in wanted if isinstance(operand, Variable)))

@@ -125,12 +125,13 @@ def test_actuator_2_does_not_turn_the_hand(by_forms: bool) -> None:
     program = lower(derive(arm(by_forms=by_forms), Quantity(Kind.FK_ACTUATORS)))
     made_of = {}
     for statement in program.statements:
-        made_of[statement.name] = set().union(
+        found = set().union(
             *(
                 {operand.index} if isinstance(operand, Variable) else made_of.get(getattr(operand, "name", ""), set())
                 for operand in statement.operands
             )
         )
+        made_of |= dict.fromkeys(statement.results, found)
     rotation = [entry for place, entry in enumerate(program.outputs) if place % 4 != 3]
 
     assert set().union(*(made_of.get(getattr(entry, "name", ""), set()) for entry in rotation)) == {0, 3, 4}

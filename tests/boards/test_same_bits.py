@@ -112,12 +112,13 @@ def _dependent_outputs(program: Program) -> list[set[int]]:
     """For each joint, the outputs that depend on it."""
     reads: dict[str, set[int]] = {}
     for statement in program.statements:
-        reads[statement.name] = set()
+        found: set[int] = set()
         for operand in statement.operands:
             if isinstance(operand, Variable):
-                reads[statement.name].add(operand.index)
+                found.add(operand.index)
             elif isinstance(operand, Temporary):
-                reads[statement.name] |= reads[operand.name]
+                found |= reads[operand.name]
+        reads |= dict.fromkeys(statement.results, found)
     joints = [
         reads[output.name]
         if isinstance(output, Temporary)

@@ -56,7 +56,8 @@ def run(program: Program, q: Floats, parameters: tuple[Fraction, ...], real: Rea
 
     for statement in program.statements:
         operands = [operand(one) for one in statement.operands]
-        values[Temporary(statement.name)] = _apply(statement.operator, operands, emitted_pair(real))
+        results = _apply(statement.operator, operands, emitted_pair(real))
+        values.update(zip(map(Temporary, statement.results), results, strict=True))
     return np.stack([operand(one) for one in program.outputs])
 
 
@@ -65,22 +66,21 @@ def _leaves(program: Program, q: Floats, parameters: Mapping[str, float]) -> dic
     return known | {RuntimeParameter(name): np.full(len(q), value) for name, value in parameters.items()}
 
 
-def _apply(operator: Operator, operands: list[Floats], pair: Pair) -> Floats:
+def _apply(operator: Operator, operands: list[Floats], pair: Pair) -> tuple[Floats, ...]:
     match operator:
         case Operator.ADD:
-            return operands[0] + operands[1]
+            return (operands[0] + operands[1],)
         case Operator.SUB:
-            return operands[0] - operands[1]
+            return (operands[0] - operands[1],)
         case Operator.MUL:
-            return operands[0] * operands[1]
+            return (operands[0] * operands[1],)
         case Operator.DIV:
-            return operands[0] / operands[1]
+            return (operands[0] / operands[1],)
         case Operator.NEG:
-            return -operands[0]
-        case Operator.SIN:
-            return pair(operands[0])[0]
-        case Operator.COS:
-            return pair(operands[0])[1]
+            return (-operands[0],)
+        case Operator.SINCOS:
+            sine, cosine = pair(operands[0])
+            return sine, cosine
 
 
 def _is_exact(statement: Statement) -> bool:
@@ -131,17 +131,17 @@ class Adversary:
         }
         values = _leaves(self.program, q, given)
         for statement in self.program.statements:
-            name = Temporary(statement.name)
             operands = [self._operand(values, one, rounded) for one in statement.operands]
-            result = _apply(statement.operator, operands, lambda angle: (np.sin(angle), np.cos(angle)))
-            if gradient is not None and not _is_exact(statement):
-                result = self._disturbed(statement.operator, result, np.sign(gradient.get(name, 0.0)))
-            values[name] = result
+            results = _apply(statement.operator, operands, lambda angle: (np.sin(angle), np.cos(angle)))
+            for name, result in zip(map(Temporary, statement.results), results, strict=True):
+                values[name] = result
+                if gradient is not None and not _is_exact(statement):
+                    values[name] = self._disturbed(statement.operator, result, np.sign(gradient.get(name, 0.0)))
         return values
 
     def _disturbed(self, operator: Operator, result: Floats, direction: Floats) -> Floats:
         number = NUMBER_TYPES[self.real]
-        if operator in (Operator.SIN, Operator.COS):
+        if operator is Operator.SINCOS:
             return np.clip(result + direction * number.sine_error, -1, 1)
         mantissa, exponent = np.frexp(result)
         limit = np.ldexp(1.0, exponent - (np.abs(mantissa) == 0.5))
@@ -152,29 +152,28 @@ class Adversary:
         """The derivative of one output by every value."""
         found: dict[Operand, Floats] = {output: np.float64(1)}
         for statement in reversed(self.program.statements):
-            slope = found.get(Temporary(statement.name))
-            if slope is not None:
-                for one, part in self._parts(values, statement.operator, statement.operands):
-                    found[one] = found.get(one, 0.0) + slope * part
+            slopes = [found.get(Temporary(name), 0.0) for name in statement.results]
+            for one, part in self._parts(values, statement, slopes):
+                found[one] = found.get(one, 0.0) + part
         return found
 
     def _parts(
-        self, values: dict[Operand, Floats], operator: Operator, operands: tuple[Operand, ...]
+        self, values: dict[Operand, Floats], statement: Statement, slopes: list[Floats]
     ) -> Iterator[tuple[Operand, Floats]]:
+        """What each operand adds to the derivative, from the derivatives by the results."""
+        operands, slope = statement.operands, slopes[0]
         first, last = (self._operand(values, one) for one in (operands[0], operands[-1]))
-        match operator:
+        match statement.operator:
             case Operator.ADD:
-                slopes = [1.0, 1.0]
+                parts = [slope, slope]
             case Operator.SUB:
-                slopes = [1.0, -1.0]
+                parts = [slope, -slope]
             case Operator.MUL:
-                slopes = [last, first]
+                parts = [slope * last, slope * first]
             case Operator.DIV:
-                slopes = [1 / last, -first / last**2]
+                parts = [slope / last, -slope * first / last**2]
             case Operator.NEG:
-                slopes = [-1.0]
-            case Operator.SIN:
-                slopes = [np.cos(first)]
-            case Operator.COS:
-                slopes = [-np.sin(first)]
-        yield from zip(operands, slopes, strict=True)
+                parts = [-slope]
+            case Operator.SINCOS:
+                parts = [slope * np.cos(first) - slopes[1] * np.sin(first)]
+        yield from zip(operands, parts, strict=True)

@@ -29,7 +29,6 @@ from kinegen.robot.extent import joint_box
 
 ROBOT = Path(__file__).resolve().parents[2] / "robots" / "puma560.yaml"
 SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*"}
-TRIGONOMETRIC = (Operator.SIN, Operator.COS)
 SEED = 20240229
 
 pytestmark = pytest.mark.skipif(
@@ -42,9 +41,9 @@ def needed(program: Program, result: Operand) -> list[Statement]:
     wanted = {result}
     found = []
     for statement in reversed(program.statements):
-        if Temporary(statement.name) in wanted:
+        if not wanted.isdisjoint(map(Temporary, statement.results)):
             found.append(statement)
-            if statement.operator not in TRIGONOMETRIC:
+            if statement.operator is not Operator.SINCOS:
                 wanted.update(statement.operands)
     return found[::-1]
 
@@ -55,16 +54,16 @@ def ranges(kernels: Kernels) -> dict[str, float]:
     q = np.random.default_rng(SEED).uniform(box[:, 0], box[:, 1], (400_000, len(box)))
     values: dict[Operand, np.ndarray] = {Variable(index): column for index, column in enumerate(q.T)}
     functions = {
-        Operator.ADD: np.add,
-        Operator.SUB: np.subtract,
-        Operator.MUL: np.multiply,
-        Operator.NEG: np.negative,
-        Operator.SIN: np.sin,
-        Operator.COS: np.cos,
+        Operator.ADD: (np.add,),
+        Operator.SUB: (np.subtract,),
+        Operator.MUL: (np.multiply,),
+        Operator.NEG: (np.negative,),
+        Operator.SINCOS: (np.sin, np.cos),
     }
     for statement in kernels.programs[0].statements:
         given = [float(one.value) if isinstance(one, Constant) else values[one] for one in statement.operands]
-        values[Temporary(statement.name)] = functions[statement.operator](*given)
+        for name, function in zip(statement.results, functions[statement.operator], strict=True):
+            values[Temporary(name)] = function(*given)
     return {one.name: 1.001 * float(np.abs(value).max()) for one, value in values.items() if isinstance(one, Temporary)}
 
 
@@ -89,7 +88,7 @@ def script(kernels: Kernels, result: Temporary) -> str:
     """What gappa reads: the computed formula, the exact one, what is known, what is asked."""
     statements = needed(kernels.programs[0], result)
     largest = ranges(kernels)
-    formulas = [statement for statement in statements if statement.operator not in TRIGONOMETRIC]
+    formulas = [statement for statement in statements if statement.operator is not Operator.SINCOS]
     lines = [formula(statement, computed) for computed in (True, False) for statement in formulas]
     known = " /\\ ".join(fact for statement in statements for fact in facts(statement, largest))
     question = f"{{ {known} -> |f{result.name} - {result.name}| in ? }}"
@@ -98,15 +97,15 @@ def script(kernels: Kernels, result: Temporary) -> str:
 
 def facts(statement: Statement, largest: dict[str, float]) -> Iterator[str]:
     """What gappa is told about one value."""
-    name = statement.name
-    if statement.operator not in TRIGONOMETRIC:
-        yield f"|{name}| <= {largest[name]!r}"
+    if statement.operator is not Operator.SINCOS:
+        yield f"|{statement.name}| <= {largest[statement.name]!r}"
         return
     angle = statement.operands[0]
     # A sum of two angles is rounded once before its sine is taken.
     rounding = 2.0 ** (math.ceil(math.log2(largest[angle.name])) - 25) if isinstance(angle, Temporary) else 0.0
-    yield from (f"|{name}| <= 1", f"|f{name}| <= 1", f"@FLT(f{name}, 24)")
-    yield f"|f{name} - {name}| <= {SINCOS[Real.FLOAT].absolute_error + rounding!r}"
+    for name in statement.results:
+        yield from (f"|{name}| <= 1", f"|f{name}| <= 1", f"@FLT(f{name}, 24)")
+        yield f"|f{name} - {name}| <= {SINCOS[Real.FLOAT].absolute_error + rounding!r}"
 
 
 def test_gappa_finds_the_same_bound_for_px_of_the_puma() -> None:

@@ -50,19 +50,18 @@ ZERO, HALF, THIRD = Constant(Fraction(0)), Constant(Fraction(1, 2)), Constant(Fr
 FAR, LAMBDA = RuntimeParameter("far"), RuntimeParameter("lambda")
 
 STATEMENTS = (
-    Statement("q12", Operator.ADD, (Variable(0), Variable(1))),
-    Statement("s1", Operator.SIN, (Variable(0),)),
-    Statement("c1", Operator.COS, (Variable(0),)),
-    Statement("c12", Operator.COS, (Temporary("q12"),)),
-    Statement("t0", Operator.SUB, (Temporary("s1"), HALF)),
-    Statement("t1", Operator.MUL, (Temporary("c1"), THIRD)),
-    Statement("t2", Operator.DIV, (FAR, LAMBDA)),
-    Statement("t3", Operator.NEG, (Temporary("t1"),)),
-    Statement("t4", Operator.MUL, (Temporary("t2"), Temporary("c12"))),
-    Statement("t5", Operator.ADD, (Temporary("t4"), Variable(1))),
-    Statement("t6", Operator.SQRT, (Temporary("t2"),)),
-    Statement("t7", Operator.ATAN2, (Temporary("t3"), Temporary("t6"))),
-    Statement("t8", Operator.SELECT_LT, (Variable(0), HALF, Temporary("t3"), Temporary("t7"))),
+    Statement(("q12",), Operator.ADD, (Variable(0), Variable(1))),
+    Statement(("s1", "c1"), Operator.SINCOS, (Variable(0),)),
+    Statement(("s12", "c12"), Operator.SINCOS, (Temporary("q12"),)),
+    Statement(("t0",), Operator.SUB, (Temporary("s1"), HALF)),
+    Statement(("t1",), Operator.MUL, (Temporary("c1"), THIRD)),
+    Statement(("t2",), Operator.DIV, (FAR, LAMBDA)),
+    Statement(("t3",), Operator.NEG, (Temporary("t1"),)),
+    Statement(("t4",), Operator.MUL, (Temporary("t2"), Temporary("c12"))),
+    Statement(("t5",), Operator.ADD, (Temporary("t4"), Variable(1))),
+    Statement(("t6",), Operator.SQRT, (Temporary("t2"),)),
+    Statement(("t7",), Operator.ATAN2, (Temporary("t3"), Temporary("t6"))),
+    Statement(("t8",), Operator.SELECT_LT, (Variable(0), HALF, Temporary("t3"), Temporary("t7"))),
 )
 Q = Array("q", (2,))
 POSITION = Program(

@@ -76,6 +76,8 @@ def emitted(name: str, folder: Path) -> Kernels:
 def mutated(source: str) -> tuple[str, list[str]]:
     """A kernel with a switch at each place, and the lines by number; the first one is for nothing."""
     head, _, bodies = source.partition("\nvoid ")
+    for name, literal in re.findall(r"#define (\w+) (\d\S*) /\*", head):
+        bodies = re.sub(rf"\b{name}\b", literal, bodies)  # each use is a mutant of its own
     places = [""]
     lines = [_switched(line, places) for line in bodies.splitlines()]
     return f"{head}\nvoid " + "\n".join(lines), places

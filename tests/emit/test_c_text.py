@@ -58,9 +58,12 @@ def statements(text: str) -> list[str]:
 
 
 def kernel_part(name: str, real: Real) -> str:
-    """The scalar file from its first kernel to its last one; the limits of the joints come after them."""
+    """The scalar file from its first kernel to its last one, with digits for names of lengths."""
     text = texts(name)[c_kernels(name, real)[0]]
-    kernels = text[text.index(f"\nvoid {prefix(name, real)}_") :]
+    first = text.index(f"\nvoid {prefix(name, real)}_")
+    head, kernels = text[:first], text[first:]
+    for length, literal in re.findall(r"#define (\w+) (\d\S*) /\*", head):
+        kernels = re.sub(rf"\b{length}\b", literal, re.sub(rf"-{length}\b", f"(-{literal})", kernels))
     return kernels.partition(f"\nconst {real} {prefix(name, real).upper()}_LIMITS_LOW")[0]
 
 

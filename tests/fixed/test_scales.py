@@ -92,7 +92,7 @@ def test_parameters_may_double() -> None:
 def test_a_value_that_is_a_number_and_a_length_is_converted() -> None:
     """A link as long as the cosine of a twist of 60 degrees: c1/2 is both, and the scales differ."""
     kernels = planned(arm("joints: [{name: j1, theta: q, d: 2.5, a: 0.5, alpha: 60}]"))
-    names = {each.name for program in kernels.programs for each in program.statements}
+    names = {name for program in kernels.programs for each in program.statements for name in each.results}
 
     assert kernels.scales.length == 29
     assert any(name.endswith(("_length", "_number")) for name in names)

@@ -52,23 +52,26 @@ def programs(draw: st.DrawFn, name: str) -> Program:
     """A program of any operations, in which every value is computed from inputs and earlier values."""
     values: list[Operand] = [Variable(index) for index in range(DOF)]
     statements: list[Statement] = []
+    outputs: list[Operand] = []
     angles: dict[Operand, str] = {}
     for number in range(draw(st.integers(4, 14))):
         operator = draw(st.sampled_from(Operator))
         first = draw(st.sampled_from(values))
         # Compilers fold constants, which no kernel has: the first operand is none.
         others = [draw(st.sampled_from([*values, *CONSTANTS])) for _ in range(operator.arity - 1)]
-        result = f"t{number}"
-        if operator in (Operator.SIN, Operator.COS):
-            label = angles.setdefault(first, f"u{len(angles) + 1}")
-            result = operator.value[0] + label
-            if result in {statement.name for statement in statements}:
+        results: tuple[str, ...] = (f"t{number}",)
+        if operator is Operator.SINCOS:
+            if first in angles:
                 continue
-        statements.append(Statement(result, operator, (first, *others)))
-        values.append(Temporary(result))
-    outputs = tuple(Temporary(statement.name) for statement in statements)
+            label = angles.setdefault(first, f"u{len(angles) + 1}")
+            results = (f"s{label}", f"c{label}")
+        statements.append(Statement(results, operator, (first, *others)))
+        # Of a pair both results are used, or one of them.
+        kept = draw(st.sampled_from((results, *((name,) for name in results))))
+        values += map(Temporary, kept)
+        outputs += map(Temporary, kept)
     sums = tuple(AngleSum(label, "...", False) for label in angles.values())
-    return Program(signature(name, len(outputs)), (), sums, tuple(statements), outputs)
+    return Program(signature(name, len(outputs)), (), sums, tuple(statements), tuple(outputs))
 
 
 def kernels(*programs: Program) -> Kernels:

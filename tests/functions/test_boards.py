@@ -43,7 +43,7 @@ PROGRAM = Program(
     signature("made", len(OPERATIONS)),
     (),
     (),
-    tuple(Statement(name.name, *operation) for name, operation in zip(T, OPERATIONS, strict=True)),
+    tuple(Statement((name.name,), *operation) for name, operation in zip(T, OPERATIONS, strict=True)),
     tuple(T),
 )
 

@@ -112,7 +112,7 @@ def test_the_angles_of_numpy_are_those_of_c(real: Real, tmp_path: Path) -> None:
         signature("angle", 1),
         (),
         (),
-        (Statement("t0", Operator.ATAN2, (Variable(0), Variable(1))),),
+        (Statement(("t0",), Operator.ATAN2, (Variable(0), Variable(1))),),
         (Temporary("t0"),),
     )
     special = np.array([0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 3.0, 1e-20])
@@ -255,7 +255,7 @@ def test_angles_may_be_computed_from_sines() -> None:
     a, b, c = Q
     angle = sp.atan2(sp.sin(a), b) + c
     program = lowered(sp.sin(angle), sp.cos(angle) * sp.cos(a))
-    names = [statement.name for statement in program.statements]
+    names = [name for statement in program.statements for name in statement.results]
 
     assert [each.label for each in program.angles] == ["1", "u1"]
     assert names.index("s1") < names.index("qu1") < names.index("su1")

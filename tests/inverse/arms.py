@@ -139,7 +139,9 @@ def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
 
     with np.errstate(all="ignore"):
         for statement in program.statements:
-            known[statement.name] = _OPERATIONS[statement.operator](*map(value, statement.operands))
+            operands = tuple(map(value, statement.operands))
+            for name, function in zip(statement.results, _OPERATIONS[statement.operator], strict=True):
+                known[name] = function(*operands)
     results = np.stack([value(operand) for operand in program.outputs], axis=1)
     branches = len(arm.family.branches)
     solutions = results[:, : branches * arm.robot.dof].reshape(len(poses), branches, arm.robot.dof)
@@ -147,16 +149,15 @@ def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
 
 
 _OPERATIONS = {
-    Operator.ADD: np.add,
-    Operator.SUB: np.subtract,
-    Operator.MUL: np.multiply,
-    Operator.DIV: np.divide,
-    Operator.NEG: np.negative,
-    Operator.SIN: np.sin,
-    Operator.COS: np.cos,
-    Operator.SQRT: np.sqrt,
-    Operator.ATAN2: np.arctan2,
-    Operator.SELECT_LT: lambda less, more, then, other: np.where(less < more, then, other),
+    Operator.ADD: (np.add,),
+    Operator.SUB: (np.subtract,),
+    Operator.MUL: (np.multiply,),
+    Operator.DIV: (np.divide,),
+    Operator.NEG: (np.negative,),
+    Operator.SINCOS: (np.sin, np.cos),
+    Operator.SQRT: (np.sqrt,),
+    Operator.ATAN2: (np.arctan2,),
+    Operator.SELECT_LT: (lambda less, more, then, other: np.where(less < more, then, other),),
 }
 
 

@@ -45,23 +45,33 @@ class Writer:
     """Writes a program, one statement after the other."""
 
     statements: list[Statement] = field(default_factory=list)
+    pairs: dict[Operand, tuple[Temporary, Temporary]] = field(default_factory=dict)
 
     def add(self, operator: Operator, *operands: Operand) -> Temporary:
         """One more statement."""
         name = Temporary(f"v{len(self.statements)}")
-        self.statements.append(Statement(name.name, operator, operands))
+        self.statements.append(Statement((name.name,), operator, operands))
         return name
+
+    def pair(self, angle: Operand) -> tuple[Temporary, Temporary]:
+        """The sine and the cosine of an angle; there is one statement for both."""
+        if angle not in self.pairs:
+            number = len(self.statements)
+            self.pairs[angle] = Temporary(f"s{number}"), Temporary(f"c{number}")
+            results = tuple(half.name for half in self.pairs[angle])
+            self.statements.append(Statement(results, Operator.SINCOS, (angle,)))
+        return self.pairs[angle]
 
     def turn(self, angle: Operand, x: Operand, y: Operand, operators: Sequence[Operator]) -> tuple[Operand, Operand]:
         """`(c x ? s y, s x ? c y)`, which is a rotation only if the two operators differ."""
-        c, s = self.add(Operator.COS, angle), self.add(Operator.SIN, angle)
+        s, c = self.pair(angle)
         products = [self.add(Operator.MUL, f, v) for f, v in ((c, x), (s, y), (s, x), (c, y))]
         return self.add(operators[0], *products[:2]), self.add(operators[1], *products[2:])
 
     def program(self, *results: Operand) -> Program:
         """The program; what nobody uses becomes a result too."""
         used = {operand for statement in self.statements for operand in statement.operands}
-        unused = [Temporary(statement.name) for statement in self.statements]
+        unused = [Temporary(name) for statement in self.statements for name in statement.results]
         outputs = [*results, *(one for one in unused if one not in used and one not in results)]
         outputs += [ZERO] * (-len(outputs) % 3)
         frames = tuple(f"frame{index}" for index in range(len(outputs) // 3))
@@ -256,7 +266,7 @@ def test_turning_to_and_fro_adds_errors_and_does_not_multiply_them() -> None:
 def test_the_error_of_an_angle_reaches_its_sine_undiminished() -> None:
     writer = Writer()
     angle = writer.add(Operator.ADD, Variable(0), Variable(1))
-    program = writer.program(writer.add(Operator.SIN, angle))
+    program = writer.program(writer.pair(angle)[0])
     ranges = Ranges(((Fraction(0), Fraction(1000)),) * DOF, (Fraction(1),))
 
     assert entries(program, ranges)[0] == pytest.approx(2.0**-14 + FLOAT.sine_error)
@@ -265,7 +275,7 @@ def test_the_error_of_an_angle_reaches_its_sine_undiminished() -> None:
 def test_an_angle_counts_no_further_than_the_range_of_its_sine() -> None:
     """Beyond it the result is NaN; half a unit of 12000 is 2^-11, of 24000 it is 2^-10."""
     writer = Writer()
-    program = writer.program(writer.add(Operator.SIN, writer.add(Operator.ADD, Variable(0), Variable(1))))
+    program = writer.program(writer.pair(writer.add(Operator.ADD, Variable(0), Variable(1)))[0])
     limit = Fraction(FLOAT.angle_limit)
 
     assert entries(program, Ranges(((-limit, limit),) * DOF, (Fraction(1),)))[0] < 2.0**-11 * 1.001

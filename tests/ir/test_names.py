@@ -43,7 +43,7 @@ def test_from_ten_joints_on_sums_are_joined_by_an_underscore() -> None:
 def test_sums_of_joints_come_first_then_sines_and_cosines_then_the_rest(name: str) -> None:
     statements = program(name).statements
     places = [
-        1 if statement.operator in (Operator.SIN, Operator.COS) else 0 if statement.name.startswith("q") else 2
+        1 if statement.operator is Operator.SINCOS else 0 if statement.name.startswith("q") else 2
         for statement in statements
     ]
 
@@ -52,6 +52,7 @@ def test_sums_of_joints_come_first_then_sines_and_cosines_then_the_rest(name: st
 
 
 def test_temporaries_are_numbered_without_gaps() -> None:
-    numbers = [int(statement.name[1:]) for statement in program("ur5").statements if statement.name.startswith("t")]
+    names = [name for statement in program("ur5").statements for name in statement.results]
+    numbers = [int(name[1:]) for name in names if name.startswith("t")]
 
     assert numbers == list(range(len(numbers)))

@@ -30,8 +30,9 @@ def sum_of_products(values: Values, count: int) -> tuple[list[int], list[int]]:
 def most_waiting(program: Program, order: Sequence[str]) -> int:
     """The most temporaries that wait for a use at one time, sines and cosines left out."""
     users = {
-        statement.name: {operand.name for operand in statement.operands if isinstance(operand, Temporary)}
+        name: {operand.name for operand in statement.operands if isinstance(operand, Temporary)}
         for statement in program.statements
+        for name in statement.results
     }
     place = {name: number for number, name in enumerate(order)}
     last = {name: max((place[user] for user in order if name in users[user]), default=place[name]) for name in order}
@@ -71,8 +72,6 @@ def test_no_operations_are_in_order() -> None:
 def test_the_frames_of_an_arm_leave_few_results_waiting(name: str, most: int) -> None:
     """Registers are few. As defined, the frames of the hand would keep 36 results at a time."""
     program = lower(derive(load(ROBOTS / f"{name}.yaml"), Quantity.FRAMES))
-    order = [
-        statement.name for statement in program.statements if statement.operator not in (Operator.SIN, Operator.COS)
-    ]
+    order = [statement.name for statement in program.statements if statement.operator is not Operator.SINCOS]
 
     assert most_waiting(program, order) <= most

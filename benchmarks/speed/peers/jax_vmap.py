@@ -63,16 +63,17 @@ def _closed_form(jnp: Any, arm: Arm, real: type, q: Any) -> Any:
             case RuntimeParameter():
                 raise NotImplementedError("left out: runtime parameters")
 
-    functions: dict[Operator, Callable[..., Any]] = {
-        Operator.ADD: lambda a, b: a + b,
-        Operator.SUB: lambda a, b: a - b,
-        Operator.MUL: lambda a, b: a * b,
-        Operator.DIV: lambda a, b: a / b,
-        Operator.NEG: lambda a: -a,
-        Operator.SIN: jnp.sin,
-        Operator.COS: jnp.cos,
+    functions: dict[Operator, tuple[Callable[..., Any], ...]] = {
+        Operator.ADD: (lambda a, b: a + b,),
+        Operator.SUB: (lambda a, b: a - b,),
+        Operator.MUL: (lambda a, b: a * b,),
+        Operator.DIV: (lambda a, b: a / b,),
+        Operator.NEG: (lambda a: -a,),
+        Operator.SINCOS: (jnp.sin, jnp.cos),
     }
     for each in arm.program.statements:
-        values[each.name] = functions[each.operator](*map(operand, each.operands))
+        operands = tuple(map(operand, each.operands))
+        for name, compute in zip(each.results, functions[each.operator], strict=True):
+            values[name] = compute(*operands)
     entries = [operand(each) for each in arm.program.outputs]
     return jnp.stack([jnp.asarray(entry, dtype=real) for entry in (*entries, 0, 0, 0, 1)]).reshape(4, 4)

@@ -84,14 +84,14 @@ def _text(program: Program, real: str) -> str:
 
     def expression(statement: Statement) -> str:
         operands = [operand(each) for each in statement.operands]
-        if statement.operator in (Operator.SIN, Operator.COS):
-            return f"math.{statement.operator.value}({operands[0]})"
+        if statement.operator is Operator.SINCOS:
+            return f"math.sin({operands[0]}), math.cos({operands[0]})"
         if statement.operator is Operator.NEG:
             return f"-{operands[0]}"
         return f" {_SIGNS[statement.operator]} ".join(operands)
 
     zero, one = (operand(Constant(Fraction(number))) for number in (0, 1))
-    body = [f"{each.name} = {expression(each)}" for each in program.statements]
+    body = [f"{', '.join(each.results)} = {expression(each)}" for each in program.statements]
     body += [f"T[{place // 4}, {place % 4}] = {operand(each)}" for place, each in enumerate(program.outputs)]
     body += [f"T[3, {column}] = {one if column == 3 else zero}" for column in range(4)]
     return _MODULE.format(

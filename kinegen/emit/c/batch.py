@@ -6,7 +6,6 @@ into vector code; the last tile of a batch is filled up and goes through the sam
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -245,7 +244,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
     body = printer.lines(parts.rest, places)
-    read = tuple(array for array in given(program) if _reads(body, rf"{array.name}\["))
+    read = tuple(array for array in given(program) if program.reads(array))
     results = tuple(_results(program))
     short = real is Real.DOUBLE and len(program.outputs) > MOST_ROWS
     size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
@@ -301,10 +300,6 @@ def _direct(
         values=", ".join([*values, "to", f"{name}_stride"]),
         constants=tuple(printer.assignment(f"to[{row} * {name}_stride + i]", each) for row, each in constants.items()),
     )
-
-
-def _reads(body: tuple[str, ...], what: str) -> bool:
-    return any(re.search(rf"\b{what}", line) for line in body)
 
 
 def _finder(array: Array) -> str:

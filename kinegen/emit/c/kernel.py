@@ -17,6 +17,7 @@ from kinegen.emit.c.arguments import (
     scalar_variables,
     wrapped_prototype,
 )
+from kinegen.emit.c.constants import NamedConstant, constant_lines, named_constants, names_of
 from kinegen.emit.c.nearest import Nearest, nearest_of
 from kinegen.emit.c.statements import CPrinter
 from kinegen.emit.columns import varied_names
@@ -35,6 +36,7 @@ from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.nearest import NAME
 from kinegen.emit.reals import Real
+from kinegen.emit.sections import sections
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.table import command_line, table_lines, table_title, tip_lines
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
@@ -102,6 +104,8 @@ class KernelContext:
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
+    constants: tuple[NamedConstant, ...]
+    constant_lines: tuple[str, ...]
     promises: tuple[str, ...]
     functions: tuple[Function, ...]
     nearest: Nearest | None
@@ -140,6 +144,8 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
     header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
     about = subject(program.quantity for program in kernels.programs)
     names = tuple(parameter.name for parameter in robot.runtime_parameters)
+    taken = frozenset((*dict(macros(kernels)), *limit_names(robot, real), macro(prefix(robot.name, real), "OWN_ROOT")))
+    constants = named_constants(kernels, real, taken)
     return KernelContext(
         header=header,
         source=source,
@@ -162,14 +168,16 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         parameters=parameter_lines(robot),
         parameter_names=names,
         defaults=tuple((name, real.literal(value)) for name, value in zip(names, kernels.defaults, strict=True)),
+        constants=constants,
+        constant_lines=constant_lines(constants),
         promises=tuple(_promises(kernels, real)),
-        functions=tuple(_function(kernels, program, real) for program in kernels.programs),
+        functions=tuple(_function(kernels, program, real, constants) for program in kernels.programs),
         nearest=nearest_of(kernels, real),
         limits=limit_literals(robot, real),
         limit_names=limit_names(robot, real),
         dof=macro(robot.name, "DOF"),
         accuracy=accuracy_lines(kernels, source),
-        sincos=SINCOS[real] if uses(kernels.programs, Operator.SIN, Operator.COS) else None,
+        sincos=SINCOS[real] if uses(kernels.programs, Operator.SINCOS) else None,
         sincos_macro=sincos_macro(robot.name, real),
         sincos_lines=_sincos_lines(SINCOS[real], sincos_macro(robot.name, real), source),
         routines=function_templates(kernels.programs, real),
@@ -235,16 +243,15 @@ def _promises(kernels: Kernels, real: Real) -> list[str]:
     return textwrap.wrap(text, LINE)
 
 
-def _function(kernels: Kernels, program: Program, real: Real) -> Function:
+def _function(kernels: Kernels, program: Program, real: Real, constants: tuple[NamedConstant, ...]) -> Function:
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
-    body = _body(kernels, program, real)
-    text = "\n".join(body)
     prototype, definition = (
         f"void {name}({scalar_arguments(kernels, program, real, restrict=restrict)})" for restrict in (False, True)
     )
-    reads = [(array.name, f"{array.name}[") for array in given(program)]
-    reads += [("params", "params->")] * bool(robot.runtime_parameters)
+    body = _body(kernels, program, real, constants)
+    unused = [array.name for array in given(program) if not program.reads(array)]
+    unused += ["params"] * bool(robot.runtime_parameters and not program.reads_parameters)
     return Function(
         name=name,
         heading=tuple(textwrap.wrap(brief(program.signature), LINE, break_on_hyphens=False)),
@@ -257,7 +264,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> Function:
         body=body,
         inputs=tuple((array.name, input_text(array)) for array in given(program)),
         results=tuple((array.name, _shape(kernels, program, array)) for array in computed(program)),
-        unused=tuple(argument for argument, sign in reads if sign not in text),
+        unused=tuple(unused),
     )
 
 
@@ -287,10 +294,11 @@ def _shape(kernels: Kernels, program: Program, array: Array) -> str:
     return what
 
 
-def _body(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
+def _body(kernels: Kernels, program: Program, real: Real, constants: tuple[NamedConstant, ...]) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
     stem = prefix(kernels.robot.name, real)
-    printer = CPrinter(real, sincos_macro(kernels.robot.name, real), scalar_variables(program), stem)
+    pair, named = sincos_macro(kernels.robot.name, real), names_of(constants, program)
+    printer = CPrinter(real, pair, scalar_variables(program), stem, constants=named)
     places = [place for block in result_places(program) for place in block]
     last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)]
     rows = [
@@ -300,4 +308,4 @@ def _body(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
         for block in block_names(array)
         for column, entry in enumerate(last)
     ]
-    return (*printer.lines(program, places), *rows)
+    return printer.lines(program, places, sections(kernels.robot, program), rows)

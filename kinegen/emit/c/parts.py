@@ -106,13 +106,15 @@ def part(program: Program) -> Parts:
     Returns:
         Its parts; without rows where it reads no parameter.
     """
-    if not _reads_params(program):
+    if not program.reads_parameters:
         return Parts((), Part((), ()), Part(program.statements, program.outputs))
     early: dict[str, Statement] = {}
+    late: list[Statement] = []
     for statement in program.statements:
         if all(_is_early(operand, early) for operand in statement.operands):
-            early[statement.name] = statement
-    late = [statement for statement in program.statements if statement.name not in early]
+            early |= dict.fromkeys(statement.results, statement)
+        else:
+            late.append(statement)
     used = {operand.name for operand in _operands(late, program.outputs) if isinstance(operand, Temporary)}
     handed_on = [name for name in early if name in used]
     inputs = sum(given.size for given in program.signature.inputs)
@@ -124,14 +126,9 @@ def part(program: Program) -> Parts:
     parameters: dict[Operand, Operand] = {
         operand: place for operand, place in places.items() if isinstance(operand, RuntimeParameter)
     }
-    first = Part(_moved(early.values(), parameters), tuple(Temporary(name) for name in handed_on))
+    first = Part(_moved(dict.fromkeys(early.values()), parameters), tuple(Temporary(name) for name in handed_on))
     outputs = tuple(places.get(operand, operand) for operand in program.outputs)
     return Parts(rows, first, Part(_moved(late, places), outputs))
-
-
-def _reads_params(program: Program) -> bool:
-    operands = _operands(program.statements, program.outputs)
-    return any(isinstance(operand, RuntimeParameter) for operand in operands)
 
 
 def _is_early(operand: Operand, early: Mapping[str, Statement]) -> bool:

@@ -176,19 +176,18 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
         inputs.append(f"const {prefix(robot.name, Q30)}_params *{{}}params")
     inputs.append(f"int32_t {declared(fixed.kernels, exact, result, '{}')}")
     plain, restricted = (", ".join(each.format(word) for each in inputs) for word in ("", "restrict "))
-    body = _body(IntegerPrinter(prefix(robot.name, Q30)), program)
-    text = "\n".join(body)
-    unused = [("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters)]
+    unused = ["q"] * bool(robot.dof and not program.reads_joints)
+    unused += ["params"] * bool(robot.runtime_parameters and not program.reads_parameters)
     return FixedFunction(
         brief=brief(exact.signature),
         operations=operation_line(exact),
         errors=error_text(fixed, program),
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restricted})",
-        body=body,
+        body=_body(IntegerPrinter(prefix(robot.name, Q30)), program),
         output=result.name,
         shape=_shape(fixed.kernels, exact.quantity),
-        unused=tuple(argument for argument, sign, present in unused if present and sign not in text),
+        unused=tuple(unused),
     )
 
 

@@ -72,20 +72,18 @@ class IntegerPrinter:
         lines: list[str] = []
         for statement in program.statements:
             lines += self._statement(statement)
-            if statement.operation is Operation.SINCOS:
-                lines += stores[f"s{statement.name}"] + stores[f"c{statement.name}"]
-            else:
-                lines += stores[statement.name]
+            for name in statement.results:
+                lines += stores[name]
         return (*lines, *last)
 
     def _statement(self, statement: FixedStatement) -> tuple[str, ...]:
-        name, operation = statement.name, statement.operation
+        operation = statement.operation
         if operation is Operation.SINCOS:
-            angle = self.angle(statement.operands[0])
-            pair = f"{self.prefix}_sincos({angle}, &s{name}, &c{name});"
-            return f"int32_t s{name};", f"int32_t c{name};", pair
+            sine, cosine = statement.results
+            pair = f"{self.prefix}_sincos({self.angle(statement.operands[0])}, &{sine}, &{cosine});"
+            return f"int32_t {sine};", f"int32_t {cosine};", pair
         is_angle = operation in _UNSIGNED or operation in (Operation.TURN_NEGATE, Operation.TURN_PART)
-        return (f"const {'uint32_t' if is_angle else 'int32_t'} {name} = {self._expression(statement)};",)
+        return (f"const {'uint32_t' if is_angle else 'int32_t'} {statement.name} = {self._expression(statement)};",)
 
     def _expression(self, statement: FixedStatement) -> str:
         operation = statement.operation

@@ -118,7 +118,7 @@ def module_context(kernels: Kernels) -> ModuleContext:
             (parameter.name, Real.DOUBLE.literal(value))
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
-        sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)) if uses(programs, Operator.SIN, Operator.COS) else (),
+        sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)) if uses(programs, Operator.SINCOS) else (),
         sqrt=uses(programs, Operator.SQRT),
         atan2=uses(programs, Operator.ATAN2),
         is_batched=any(function.batch for function in functions),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.sections import Section, sections
 from kinegen.emit.words import brief, input_text
 from kinegen.ir.program import (
     Constant,
@@ -21,6 +23,7 @@ from kinegen.ir.program import (
 from kinegen.naming import python_identifier
 
 _FORMS = {
+    Operator.SINCOS: "_sincos({})",
     Operator.NEG: "-{}",
     Operator.SQRT: "np.sqrt({})",
     Operator.ATAN2: "_atan2({}, {})",
@@ -75,39 +78,37 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
     Returns:
         The module, by file name.
     """
-    formulas = tuple(_formula(program, bool(kernels.defaults)) for program in kernels.programs)
+    formulas = tuple(_formula(kernels, program) for program in kernels.programs)
     context = FormulaContext(
         robot=kernels.robot.name,
         provenance=provenance(kernels.robot),
         parameters=bool(kernels.defaults),
-        sincos=any("_sincos(" in line for formula in formulas for line in formula.body),
-        atan2=any("_atan2(" in line for formula in formulas for line in formula.body),
+        sincos=any(program.uses(Operator.SINCOS) for program in kernels.programs),
+        atan2=any(program.uses(Operator.ATAN2) for program in kernels.programs),
         formulas=formulas,
     )
     return {"_numpy.py": environment().get_template("python/_numpy.py.jinja").render(k=context)}
 
 
-def _formula(program: Program, parameters: bool) -> Formula:
+def _formula(kernels: Kernels, program: Program) -> Formula:
     printer = _Printer(
         tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
     )
-    body = printer.lines(program)
-    results = tuple(f"{printer.operand(operand)}," for operand in program.outputs)
-    text = "\n".join((*body, *results))
-    reads_parameters = "params." in text
-    names = [array.name for array in program.signature.inputs]
+    reads_parameters = program.reads_parameters
+    inputs = program.signature.inputs
     # The first input has the number type of the parameters.
-    unused = [name for name in names if f"{name}[" not in text and not (reads_parameters and name == names[0])]
-    unused += ["params"] if parameters and not reads_parameters else []
+    typed = inputs[:1] if reads_parameters else ()
+    unused = [array.name for array in inputs if array not in typed and not program.reads(array)]
+    unused += ["params"] if kernels.defaults and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
         brief=brief(program.signature),
         inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
-        body=body,
-        results=results,
+        body=printer.lines(program, sections(kernels.robot, program)),
+        results=tuple(f"{printer.operand(operand)}," for operand in program.outputs),
         unused=tuple(unused),
         reads_parameters=reads_parameters,
-        asks_type=" if single else " in text,
+        asks_type=program.asks_type,
     )
 
 
@@ -121,21 +122,15 @@ class _Printer:
 
     variables: tuple[str, ...]
 
-    def lines(self, program: Program) -> tuple[str, ...]:
-        halves: dict[Operand, set[str]] = {}
-        for statement in program.statements:
-            if statement.operator in (Operator.SIN, Operator.COS):
-                halves.setdefault(statement.operands[0], set()).add(statement.name)
+    def lines(self, program: Program, parts: Sequence[Section]) -> tuple[str, ...]:
+        used = program.used
         lines: list[str] = []
-        for statement in program.statements:
-            angle = statement.operands[0]
-            if statement.operator not in (Operator.SIN, Operator.COS):
-                lines.append(f"{statement.name} = {self.expression(statement)}")
-            elif angle in halves:
-                found, label = halves.pop(angle), statement.name[1:]
-                sine, cosine = (name if name in found else "_" for name in (f"s{label}", f"c{label}"))
-                lines.append(f"{sine}, {cosine} = _sincos({self.operand(angle)})")
-        return tuple(lines)
+        for part in parts:
+            lines += ["", f"# {part.title}"]
+            for statement in part.statements:
+                names = (name if Temporary(name) in used else "_" for name in statement.results)
+                lines.append(f"{', '.join(names)} = {self.expression(statement)}")
+        return tuple(lines[1:])  # no blank line at the beginning
 
     def expression(self, statement: Statement) -> str:
         operands = [self.operand(operand) for operand in statement.operands]

@@ -11,7 +11,7 @@ from kinegen.ir.bounds.norms import Group, Norms, Single
 from kinegen.ir.bounds.numbers import ONE, ZERO, NumberType, UnboundedError, largest_cosine, largest_sine, lower, upper
 from kinegen.ir.bounds.rows import all_rows
 from kinegen.ir.program import Operator, Program, Variable
-from kinegen.ir.values import Node
+from kinegen.ir.values import Half, Node
 
 
 def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single, ...]:
@@ -51,7 +51,7 @@ class _Analysis:
         if not isinstance(node, Node):
             return self._leaf(number)
         operator, operands = node.operator, node.operands
-        if operator in (Operator.SIN, Operator.COS):
+        if isinstance(operator, Half):
             return self._trigonometric(operator, operands[0])
         if operator is Operator.DIV:
             return self._quotient(*operands)
@@ -88,9 +88,9 @@ class _Analysis:
         rounded = Fraction(self.real.nearest(high))
         return Single(size, upper(abs(rounded - high)), upper(abs(rounded)), ZERO)
 
-    def _trigonometric(self, operator: Operator, angle: int) -> Single:
+    def _trigonometric(self, half: Half, angle: int) -> Single:
         interval = self.ranges[angle]
-        largest = largest_sine if operator is Operator.SIN else largest_cosine
+        largest = largest_sine if half is Half.SIN else largest_cosine
         exact = ONE if interval is None else largest(*interval)
         error = Decimal(self.real.sine_error)
         # No number lies between one and the next above it.

@@ -62,7 +62,7 @@ class ErrorBound:
 
 def has_rules(program: Program) -> bool:
     """Whether there are rules for all operations of a program; roots, arc tangents and selections have none."""
-    return not any(statement.operator in _WITHOUT_RULES for statement in program.statements)
+    return not program.uses(*_WITHOUT_RULES)
 
 
 def bound(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.ir.bounds.numbers import UnboundedError
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
-from kinegen.ir.values import Leaf, Node, Value, Values
+from kinegen.ir.values import Half, Leaf, Node, Value, Values
 
 Interval = tuple[Fraction, Fraction]
 
@@ -40,7 +40,7 @@ class Graph:
     outputs: tuple[int, ...]
     angles: frozenset[int]
 
-    def operation(self, number: int) -> Operator | None:
+    def operation(self, number: int) -> Operator | Half | None:
         """The operator of a value, or None for a leaf."""
         node = self.nodes[number]
         return node.operator if isinstance(node, Node) else None
@@ -68,12 +68,15 @@ def graph_of(program: Program) -> Graph:
     values = Values()
     values.number(Constant(Fraction(1)))
     known: dict[str, Value] = {}
+    used = program.used
     for statement in program.statements:
-        known[statement.name] = _value(values, known, statement)
+        if statement.operator is Operator.SINCOS:
+            known.update(_halves(values, known, statement, used))
+        else:
+            known[statement.name] = _value(values, known, statement)
     outputs = tuple(_operand(values, known, operand)[1] for operand in program.outputs)
     nodes = tuple(values.nodes)
-    trigonometric = (Operator.SIN, Operator.COS)
-    angles = (node.operands[0] for node in nodes if isinstance(node, Node) and node.operator in trigonometric)
+    angles = (node.operands[0] for node in nodes if isinstance(node, Node) and isinstance(node.operator, Half))
     return Graph(nodes, outputs, frozenset(angles))
 
 
@@ -91,15 +94,21 @@ def _operand(values: Values, known: Mapping[str, Value], operand: Operand) -> Va
             return 1, values.number(operand)
 
 
+def _halves(
+    values: Values, known: Mapping[str, Value], statement: Statement, used: frozenset[Operand]
+) -> Iterator[tuple[str, Value]]:
+    """Of the sine, which is odd, and the cosine, which is even, those that the program uses."""
+    sign, angle = _operand(values, known, statement.operands[0])
+    for name, half in zip(statement.results, Half, strict=True):
+        if Temporary(name) in used:
+            yield name, (sign if half is Half.SIN else 1, values.apply(half, angle))
+
+
 def _value(values: Values, known: Mapping[str, Value], statement: Statement) -> Value:
     signs, numbers = zip(*(_operand(values, known, operand) for operand in statement.operands), strict=True)
     match statement.operator:
         case Operator.NEG:
             return -signs[0], numbers[0]
-        case Operator.SIN:
-            return signs[0], values.apply(Operator.SIN, *numbers)
-        case Operator.COS:
-            return 1, values.apply(Operator.COS, *numbers)
         case Operator.MUL | Operator.DIV:
             return signs[0] * signs[1], values.apply(statement.operator, *numbers)
         case Operator.ADD | Operator.SUB:
@@ -138,9 +147,9 @@ def largest_angle(program: Program, ranges: Ranges) -> Fraction:
     return max(map(abs, ends), default=Fraction(0))
 
 
-def _range(operator: Operator, operands: list[Interval | None]) -> Interval | None:
+def _range(operator: Operator | Half, operands: list[Interval | None]) -> Interval | None:
     ends = [operand for operand in operands if operand is not None]
-    if len(ends) < len(operands) or operator in (Operator.SIN, Operator.COS):
+    if len(ends) < len(operands) or isinstance(operator, Half):
         return None
     (low, high), (first, last) = ends
     match operator:

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 from kinegen.ir.bounds.graph import UNITY, Graph
 from kinegen.ir.program import Operator
-
-_TRIGONOMETRIC = (Operator.SIN, Operator.COS)
+from kinegen.ir.values import Half
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,11 +91,11 @@ def _is_sum(graph: Graph, number: int) -> bool:
 
 def _products(graph: Graph, number: int) -> Iterator[Row]:
     operator, operands = graph.operation(number), graph.operands(number)
-    if operator in _TRIGONOMETRIC:
+    if isinstance(operator, Half):
         yield Row(number, operands[0], (Term(UNITY, number, 1, None),))
     elif operator is Operator.MUL:
         for factor, operand in (operands, operands[::-1]):
-            if graph.operation(factor) in _TRIGONOMETRIC:
+            if isinstance(graph.operation(factor), Half):
                 yield Row(number, graph.operands(factor)[0], (Term(operand, factor, 1, number),))
             elif graph.constant(factor) is not None:
                 yield Row(number, None, (Term(operand, factor, 1, number),))

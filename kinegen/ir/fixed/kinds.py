@@ -22,7 +22,6 @@ class Kind(StrEnum):
 
 _COMPUTED = (Quantity.POSE.kind, Quantity.FRAMES.kind, Quantity.POSITION.kind)
 _UNIT = 1.0 + 2.0**-20
-_TRIGONOMETRIC = (Operator.SIN, Operator.COS)
 _SAME_KIND = (Operator.ADD, Operator.SUB, Operator.NEG)
 
 
@@ -79,19 +78,16 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
     angles = _angles(program)
     for statement in program.statements:
         _check(robot, statement, angles)
-    kinds = {
-        statement.name: Kind.ANGLE if statement.name in angles else Kind.NUMBER
-        for statement in program.statements
-        if statement.name in angles or statement.operator in _TRIGONOMETRIC
-    }
+    pairs = [statement.results for statement in program.statements if statement.operator is Operator.SINCOS]
+    kinds = {name: Kind.NUMBER for pair in pairs for name in pair} | dict.fromkeys(angles, Kind.ANGLE)
     # Constants have no kind, and a link of length 1 is not even one of them; but no number is larger than 1.
     sizes = exact_sizes(program, angles)
     kinds |= {name: Kind.LENGTH for name, size in sizes.items() if name not in kinds and size > _UNIT}
-    open_ones = [statement for statement in program.statements if statement.name not in kinds]
+    open_ones = [name for statement in program.statements for name in statement.results if name not in kinds]
     _propagate(robot, program, kinds)
-    for statement in open_ones:
-        if statement.name not in kinds:
-            kinds[statement.name] = Kind.NUMBER  # the scale of numbers serves whatever is as small
+    for name in open_ones:
+        if name not in kinds:
+            kinds[name] = Kind.NUMBER  # the scale of numbers serves whatever is as small
             _propagate(robot, program, kinds)
     return kinds
 
@@ -100,7 +96,7 @@ def _angles(program: Program) -> frozenset[str]:
     """The temporaries that lead to sines and cosines."""
     found: set[str] = set()
     for statement in reversed(program.statements):
-        if statement.operator in _TRIGONOMETRIC or statement.name in found:
+        if statement.operator is Operator.SINCOS or not found.isdisjoint(statement.results):
             found.update(operand.name for operand in statement.operands if isinstance(operand, Temporary))
     return frozenset(found)
 
@@ -111,7 +107,7 @@ def _check(robot: Robot, statement: Statement, angles: frozenset[str]) -> None:
         raise refuse(robot, "a runtime parameter stands in a divisor")
     if statement.operator in (Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT):
         raise refuse(robot, "integers have no roots, arc tangents and selections")
-    is_angle = statement.name in angles or statement.operator in _TRIGONOMETRIC
+    is_angle = statement.operator is Operator.SINCOS or not angles.isdisjoint(statement.results)
     for operand in statement.operands:
         if isinstance(operand, Temporary):
             if not is_angle and operand.name in angles:
@@ -140,8 +136,8 @@ def _propagate(robot: Robot, program: Program, kinds: dict[str, Kind]) -> None:
             return kinds.get(operand.name)
         return None if isinstance(operand, Constant) else input_kind(robot, operand)
 
-    computed = [statement for statement in program.statements if kinds.get(statement.name) is not Kind.ANGLE]
-    computed = [statement for statement in computed if statement.operator not in _TRIGONOMETRIC]
+    computed = [statement for statement in program.statements if statement.operator is not Operator.SINCOS]
+    computed = [statement for statement in computed if kinds.get(statement.name) is not Kind.ANGLE]
     before = -1
     while len(kinds) > before:
         before = len(kinds)

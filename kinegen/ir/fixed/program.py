@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kinegen.ir.program import Program, RuntimeParameter, Temporary, Variable
@@ -57,16 +58,26 @@ class FixedStatement:
     """One integer operation.
 
     Attributes:
-        name: The temporary that it defines; for `SINCOS` the label that follows `s` and `c`.
+        results: The names of the temporaries that it defines; two for `SINCOS`, and else one.
         operation: What it does.
         operands: What it does it to; the second factor of a product is within `LARGEST_FACTOR`.
         shift: Bits dropped by `MULTIPLY`, `ROUND` and `TURN_PART`.
     """
 
-    name: str
+    results: tuple[str, ...]
     operation: Operation
     operands: tuple[FixedOperand, ...]
     shift: int = 0
+
+    @property
+    def name(self) -> str:
+        """The name of the only result.
+
+        Raises:
+            ValueError: If there are two.
+        """
+        (name,) = self.results
+        return name
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,3 +113,19 @@ class FixedProgram:
     outputs: tuple[FixedOperand, ...]
     bits: tuple[int, ...]
     errors: tuple[float, ...]
+
+    @property
+    def reads_joints(self) -> bool:
+        """Whether any result depends on a joint variable."""
+        return any(isinstance(operand, Variable) for operand in self._used)
+
+    @property
+    def reads_parameters(self) -> bool:
+        """Whether any result depends on a runtime parameter."""
+        return any(isinstance(operand, RuntimeParameter) for operand in self._used)
+
+    @property
+    def _used(self) -> Iterator[FixedOperand]:
+        for statement in self.statements:
+            yield from statement.operands
+        yield from self.outputs

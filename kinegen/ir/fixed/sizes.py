@@ -38,16 +38,17 @@ def exact_sizes(program: Program, angles: frozenset[str]) -> dict[str, float]:
         return places[operand]
 
     for statement in program.statements:
-        if statement.name in angles:
+        if not angles.isdisjoint(statement.results):
             continue
-        if statement.operator in (Operator.SIN, Operator.COS):
+        if statement.operator is Operator.SINCOS:
             value: Value = Trigonometric(statement.operands[0], 0.0, 0.0)
         else:
             is_factor = statement.operator is Operator.MUL
             operands = [place(operand, is_factor) for operand in statement.operands]
             value = _value(statement.operator, operands, statement.operands)
-        places[Temporary(statement.name)] = len(values)
-        values.append(value)
+        for name in statement.results:
+            places[Temporary(name)] = len(values)
+            values.append(value)
     extents = Extents(values)
     return {name.name: extents.extent(number).size for name, number in places.items() if isinstance(name, Temporary)}
 

@@ -69,7 +69,7 @@ class Turns:
     def _sum(self, statement: Statement, operation: Operation) -> FixedStatement:
         operands = [self._operand(operand) for operand in statement.operands]
         self.errors[statement.name] = sum(error for _, error in operands)
-        return FixedStatement(statement.name, operation, tuple(operand for operand, _ in operands))
+        return FixedStatement(statement.results, operation, tuple(operand for operand, _ in operands))
 
     def _operand(self, operand: Operand) -> tuple[FixedOperand, float]:
         """An operand with the bound on its error, in binary angles."""
@@ -88,12 +88,12 @@ class Turns:
         if factor.denominator == 1:
             self.errors[statement.name] = abs(int(factor)) * error
             times = Integer(int(factor) % TURN)
-            return FixedStatement(statement.name, Operation.TURN_TIMES, (operand, times))
+            return FixedStatement(statement.results, Operation.TURN_TIMES, (operand, times))
         self._check_part(other, factor)
         shift = next(s for s in range(_FINEST_PART, -1, -1) if abs(nearest_integer(factor * 2**s)) <= LARGEST)
         part = nearest_integer(factor * 2**shift)
         self.errors[statement.name] = 0.5 + above(abs(factor - Fraction(part, 2**shift)) * (TURN // 2))
-        return FixedStatement(statement.name, Operation.TURN_PART, (operand, Integer(part)), shift)
+        return FixedStatement(statement.results, Operation.TURN_PART, (operand, Integer(part)), shift)
 
     def _check_part(self, operand: Operand, factor: Fraction) -> None:
         """Part of an angle is clear only if the angle is never meant a turn more or less."""

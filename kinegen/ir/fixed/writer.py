@@ -59,7 +59,7 @@ class _Writer:
         self.values: list[Value] = []
         self.locals: list[Local] = []
         self.known: dict[object, Local] = {}
-        self.angles: set[Operand] = set()
+        self.used = program.used
 
     def write(self) -> Draft:
         for statement in self.program.statements:
@@ -80,16 +80,16 @@ class _Writer:
 
     def _write(self, statement: Statement) -> None:
         match statement.operator:
+            case Operator.SINCOS:
+                self._sincos(statement)
             case _ if self.kinds[statement.name] is Kind.ANGLE:
                 self._emit(self.turns.statement(statement))
-            case Operator.SIN | Operator.COS:
-                self._sincos(statement)
             case Operator.ADD | Operator.SUB:
                 self._sum(statement)
             case Operator.NEG:
                 kind = self.kinds[statement.name]
                 operand = self._converted(statement.operands[0], kind, self._bits(kind))
-                self._emit(FixedStatement(statement.name, Operation.NEGATE, (operand.operand,)), operand)
+                self._emit(FixedStatement(statement.results, Operation.NEGATE, (operand.operand,)), operand)
                 self._define(statement.name, kind, operand.bits, Copy(operand.place, 0.0))
             case Operator.MUL:
                 self._product(statement)
@@ -114,20 +114,22 @@ class _Writer:
         return local
 
     def _sincos(self, statement: Statement) -> None:
-        angle = statement.operands[0]
-        if angle not in self.angles and not isinstance(angle, Constant):
-            self.angles.add(angle)
-            self._emit(FixedStatement(statement.name[1:], Operation.SINCOS, (angle,)))
+        (angle,) = statement.operands
+        if isinstance(angle, Constant):
+            raise TypeError("the sine of a constant is a constant")
+        self._emit(FixedStatement(statement.results, Operation.SINCOS, (angle,)))
         off = self.turns.error(angle)
         errors = [math.ldexp(error, -NUMBER_BITS) + off for error in (SINE_ERROR, PAIR_ERROR)]
-        self._define(statement.name, Kind.NUMBER, NUMBER_BITS, Trigonometric(angle, *errors))
+        for name in statement.results:
+            if Temporary(name) in self.used:
+                self._define(name, Kind.NUMBER, NUMBER_BITS, Trigonometric(angle, *errors))
 
     def _sum(self, statement: Statement) -> None:
         kind = self.kinds[statement.name]
         left, right = (self._converted(operand, kind, self._bits(kind)) for operand in statement.operands)
         is_sum = statement.operator is Operator.ADD
         operation = Operation.ADD if is_sum else Operation.SUBTRACT
-        self._emit(FixedStatement(statement.name, operation, (left.operand, right.operand)), left, right)
+        self._emit(FixedStatement(statement.results, operation, (left.operand, right.operand)), left, right)
         self._define(statement.name, kind, left.bits, Sum(left.place, right.place, 0.0, 1 if is_sum else -1))
 
     def _product(self, statement: Statement) -> None:
@@ -141,7 +143,7 @@ class _Writer:
         left, right = (self._natural(operand) for operand in statement.operands)
         shift = left.bits + right.bits - bits
         self._emit(
-            FixedStatement(statement.name, Operation.MULTIPLY, (left.operand, right.operand), shift), left, right
+            FixedStatement(statement.results, Operation.MULTIPLY, (left.operand, right.operand), shift), left, right
         )
         self._define(statement.name, kind, bits, Product(left.place, right.place, half_place(bits)))
 
@@ -156,7 +158,9 @@ class _Writer:
         shift = 0 if is_exact else next(s for s in range(_SHIFT, -1, -1) if s == 0 or abs(scaled) * 2**s < limit)
         literal = self._literal(abs(factor), bits - other.bits + shift, nearest_integer(scaled * 2**shift))
         operation = Operation.TIMES if is_exact else Operation.MULTIPLY
-        self._emit(FixedStatement(statement.name, operation, (other.operand, literal.operand), shift), other, literal)
+        self._emit(
+            FixedStatement(statement.results, operation, (other.operand, literal.operand), shift), other, literal
+        )
         sign = -1 if factor < 0 else 1
         rounding = 0.0 if is_exact else half_place(bits)
         self._define(statement.name, kind, bits, Product(literal.place, other.place, rounding, sign))
@@ -191,9 +195,9 @@ class _Writer:
             shift = source.bits - bits
             rounds = shift > 0
             self._emit(
-                FixedStatement(name, Operation.ROUND, (source.operand,), shift)
+                FixedStatement((name,), Operation.ROUND, (source.operand,), shift)
                 if rounds
-                else FixedStatement(name, Operation.TIMES, (source.operand, Integer(2**-shift))),
+                else FixedStatement((name,), Operation.TIMES, (source.operand, Integer(2**-shift))),
                 source,
             )
             value = Copy(source.place, half_place(bits) if rounds else 0.0)

@@ -1,0 +1,103 @@
+"""The parts of a kernel with their titles, and the lengths of the table by name."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+
+import pytest
+
+from kinegen.build import lower_file
+from kinegen.emit.c.constants import named_constants
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.reals import Real
+from kinegen.emit.sections import sections
+from kinegen.outputs import USUAL, parse_quantity
+
+ROBOTS = Path(__file__).parents[2] / "robots"
+
+
+def lowered(name: str, *outputs: str) -> Kernels:
+    return lower_file(ROBOTS / f"{name}.yaml", tuple(map(parse_quantity, outputs)))
+
+
+@pytest.mark.parametrize(
+    ("name", "output"),
+    [
+        ("puma560", "frames"),
+        ("puma560", "inverse"),
+        ("puma560", "jacobian"),
+        ("calibrated_2r", "pose"),
+        ("wire_arm", "fk_actuators"),
+        ("planar_3r", "quaternion_wxyz"),
+        ("scara", "twist"),
+    ],
+)
+def test_the_parts_are_all_statements_in_their_order(name: str, output: str) -> None:
+    kernels = lowered(name, output)
+    for program in kernels.programs:
+        parts = sections(kernels.robot, program)
+
+        assert tuple(each for part in parts for each in part.statements) == program.statements
+        assert all(part.title and part.statements for part in parts)
+        assert all(one.title != other.title for one, other in itertools.pairwise(parts))
+
+
+def test_titles_name_joints_and_results() -> None:
+    kernels = lowered("puma560", "pose")
+    titles = [part.title for part in sections(kernels.robot, kernels.programs[0])]
+
+    assert titles[:2] == ["Angle sums: q23 of shoulder and elbow", "Sines and cosines"]
+    assert "shoulder and elbow: position" in titles
+    assert titles[-3:] == ["waist: rotation", "waist: position", "waist: rotation"]
+
+
+def test_a_position_alone_has_no_rotation() -> None:
+    kernels = lowered("puma560", "position")
+
+    assert not any("rotation" in part.title for part in sections(kernels.robot, kernels.programs[0]))
+
+
+def test_equal_lengths_are_one_name_with_both_places() -> None:
+    found = named_constants(lowered("puma560", *map(str, USUAL)), Real.FLOAT, frozenset())
+
+    assert [(each.name, each.literal, each.source) for each in found] == [
+        ("PUMA560_F32_A2_D4", "0.4318F", "m, a2: a of row 3 (elbow); d4: d of row 4 (forearm)"),
+        ("PUMA560_F32_D3", "0.15005F", "m, d of row 3 (elbow)"),
+        ("PUMA560_F32_A3", "0.0203F", "m, a of row 4 (forearm)"),
+    ]
+
+
+def test_a_name_that_is_taken_is_not_given_again() -> None:
+    kernels = lowered("puma560", "pose")
+    found = named_constants(kernels, Real.DOUBLE, frozenset({"PUMA560_D3"}))
+
+    assert [each.name for each in found] == ["PUMA560_A2_D4", "PUMA560_A3"]
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5", "panda", "scara", "stanford", "planar_3r", "calibrated_2r"])
+def test_every_name_is_defined_once_used_and_in_the_header(name: str) -> None:
+    files = emit_kernel(lowered(name, *map(str, USUAL), "jacobian"), Real.DOUBLE)
+    source, header = files[f"{name}.c"], files[f"{name}.h"]
+    names = re.findall(r"#define (\w+) \d\S* /\*", source)
+
+    assert len(set(names)) == len(names)
+    for each in names:
+        assert len(re.findall(rf"\b{each}\b", source)) > 1
+        assert re.search(rf"^ \*   {each} ", header, re.MULTILINE)
+
+
+def test_a_length_like_the_cosine_of_a_twist_keeps_its_digits(tmp_path: Path) -> None:
+    """Which of the two a kernel multiplies by cannot be told."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(
+        "kinegen: 1\nname: arm\ndescription: x\nconvention: standard\nunits: {length: m, angle: deg}\njoints:\n"
+        "  - {name: one, theta: q, d: 0.25, a: 0.5, alpha: 60}\n"
+        "  - {name: two, theta: q, d: 0, a: 0.3, alpha: 0}\n",
+        encoding="utf-8",
+    )
+    kernels = lower_file(path, USUAL)
+
+    assert [each.name for each in named_constants(kernels, Real.DOUBLE, frozenset())] == ["ARM_D1", "ARM_A2"]
