@@ -17,7 +17,7 @@ _ACCEPTED = (
     ("an entry that accepts nothing", "puma560_vectors.h", r"\{\S+, \S+,", "{1e-15, 1e-25,", "puma560_fk_accepted"),
     ("differences that vanish", "puma560_selftest.c", r"difference / whole", "0.0 * difference / whole", ""),
     ("differences that shrink", "puma560_f32_selftest.c", r"difference / whole", "difference / (whole * 1e9F)", ""),
-    ("differences of one entry", "puma560_selftest.c", r"_accepted\[entry\]|_accepted\[\(frame \* 12\) \+ entry\]",
+    ("differences of one entry", "puma560_selftest.c", r"\w+_read\(&\w+_accepted\[[^]]*\]\)",
      r"\g<0> * ((entry == 4) ? 1e9 : 1)", ""),
     ("last rows that may be anything", "puma560_selftest.c", r"\? worst : -1\.0;", "? worst : worst;", "_worst_constant"),
     ("last rows of floats that nobody looks at", "puma560_f32_selftest.c", r"entry < 16", "entry < 12", ""),
@@ -50,7 +50,7 @@ CASES = (
         "puma560",
         "pose,inverse",
         "puma560_selftest.c",
-        r"(extents\[\w+\] = )\{[^}]*\}",
+        r"(extents\[\w+\] \w+ = )\{[^}]*\}",
         rf"\g<1>{WIDE}",
     ),
     Sabotage(

@@ -34,7 +34,7 @@ from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.emit.table import command_line, table_lines, table_title
+from kinegen.emit.table import command_lines, table_lines, table_title
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
@@ -152,7 +152,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         joints=joint_lines(robot),
         table_title=table_title(robot),
         table=table_lines(robot),
-        command=tuple(textwrap.wrap(command_line(kernels), LINE - 4, break_long_words=False, break_on_hyphens=False)),
+        command=command_lines(kernels),
         actuators=actuator_lines(kernels),
         parameters=parameter_lines(robot),
         parameter_names=names,

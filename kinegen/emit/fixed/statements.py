@@ -31,9 +31,11 @@ class IntegerPrinter:
 
     Attributes:
         prefix: What the names of the functions begin with.
+        sincos: Name of the macro that takes sine and cosine.
     """
 
     prefix: str
+    sincos: str
 
     def operand(self, operand: FixedOperand) -> str:
         """One operand as an int32_t."""
@@ -82,7 +84,7 @@ class IntegerPrinter:
         name, operation = statement.name, statement.operation
         if operation is Operation.SINCOS:
             angle = self.angle(statement.operands[0])
-            pair = f"{self.prefix}_sincos({angle}, &s{name}, &c{name});"
+            pair = f"{self.sincos}({angle}, &s{name}, &c{name});"
             return f"int32_t s{name};", f"int32_t c{name};", pair
         is_angle = operation in _UNSIGNED or operation in (Operation.TURN_NEGATE, Operation.TURN_PART)
         return (f"const {'uint32_t' if is_angle else 'int32_t'} {name} = {self._expression(statement)};",)
