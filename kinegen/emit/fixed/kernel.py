@@ -26,6 +26,7 @@ class FixedFunction:
     """One kernel, printed.
 
     Attributes:
+        name: C name.
         brief: What it computes.
         operations: What a call costs, in words.
         errors: What is proven of its results.
@@ -37,6 +38,7 @@ class FixedFunction:
         unused: Arguments that the body does not read.
     """
 
+    name: str
     brief: str
     operations: str
     errors: str
@@ -193,6 +195,7 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
     text = "\n".join(body)
     unused = [("q", "q[", robot.dof), ("params", "params->", robot.runtime_parameters)]
     return FixedFunction(
+        name=name,
         brief=brief(exact.signature),
         operations=operation_line(exact),
         errors=error_text(fixed, program),
