@@ -26,6 +26,9 @@ from tests.fixed.kernels import texts as integer_texts
 
 STUBS = Path(__file__).resolve().parent / "stubs"
 
+INTEGERS = ((Q30,), (Real.FLOAT, Q30))
+"""Packages with kernels in integers, alone and beside others."""
+
 ROBOTS = ("puma560", "hand", "calibrated_2r", "blocks")
 """An arm; a tree with five tips; runtime parameters; no joint at all."""
 
