@@ -30,6 +30,19 @@ _ACCEPTED = (
     ("the sine of a pair", "puma560_vectors.h", r"\{(\S+), (\S+),", r"{\1, 0.125,", "puma560_pairs_expected"),
 )  # fmt: skip
 
+_LIMITS = (
+    ("a limit that is not within", "puma560.c", r"q\[1\] >= PUMA", "q[1] > PUMA", "puma560_within_limits(", "within_limits gives 0"),
+    ("an upper limit of floats", "puma560_f32.c", r"q\[4\] <= PUMA", "q[4] < PUMA", "puma560_f32_within_limits(", "within_limits gives 0"),
+    ("NaN that is within", "puma560_f32.c", r"\(\(q\[2\] >= (\w+\[2\])\) && \(q\[2\] <= (\w+\[2\])\)\)",
+     r"(!((q[2] < \1) || (q[2] > \2)))", "puma560_f32_within_limits(", "within_limits gives 1"),
+    ("a joint that is not looked at", "puma560.c", r"within = \(\(q\[5\][^;]*;", "", "puma560_within_limits(", "within_limits gives 1"),
+    ("clamping to the other limit", "puma560.c", r"\(q\[0\] < PUMA560_LIMITS_LOW\[0\]\) \? PUMA560_LIMITS_LOW", "(q[0] < PUMA560_LIMITS_LOW[0]) ? PUMA560_LIMITS_HIGH",
+     "void puma560_clamp(", "clamp gives"),
+    ("clamping of another joint", "puma560_f32.c", r"above4 > PUMA560_F32_LIMITS_HIGH\[4\]", "above4 > PUMA560_F32_LIMITS_HIGH[3]", "void puma560_f32_clamp(", "clamp gives"),
+    ("clamping that loses NaN", "puma560.c", r"\(q\[1\] < (\w+\[1\])\) \? \w+\[1\] : q\[1\]", r"(q[1] >= \1) ? q[1] : \1", "void puma560_clamp(", "clamp gives"),
+    ("a limit rounded inwards", "puma560.c", r"(-?\d\.\d+?)\d\d,", r"\g<1>,", "PUMA560_LIMITS_LOW[", "LIMITS_LOW holds"),
+)  # fmt: skip
+
 _GUARDS = (
     ("a guard that refuses what is right", "puma560.c", r"#if defined\(__FAST_MATH__\)", "#if !defined(__FAST_MATH__)"),
     ("a guard of the batch", "puma560_f32_batch.c", r"#if defined\(__FAST_MATH__\)", "#if !defined(__FAST_MATH__)"),
@@ -40,6 +53,10 @@ CASES = (
     *(
         Sabotage(f"firmware: {name}", "puma560", "pose,frames", file, old, new, after=after)
         for name, file, old, new, after in _ACCEPTED
+    ),
+    *(
+        Sabotage(f"firmware: {name}", "puma560", "pose,frames", file, old, new, after=after, message=message)
+        for name, file, old, new, after, message in _LIMITS
     ),
     *(
         Sabotage(f"firmware: {name}", "puma560", "pose,frames", file, old, new, errors=(CompileError,))
