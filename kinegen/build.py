@@ -100,8 +100,8 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
     kernels, plain = _programs(path, options, clock)
     robot, programs = kernels.robot, kernels.programs
     with clock.stage("emit") as detail:
-        emitted, project = _emit(kernels, options)
         integers = emit_integers(kernels) if options.integers else None
+        emitted, project = _emit(kernels, options, integers)
         others = _emit_languages(kernels, options)
         detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ()) + len(others)} files")
     with clock.stage("compile") as detail:
@@ -114,7 +114,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
         proof, others_reasons = _prove_languages(proof, kernels, others, options)
         contents |= others
         if project:
-            require_proven(robot, project, emitted.files)
+            require_proven(robot, project, _packaged(emitted, options, integers))
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
@@ -182,13 +182,21 @@ def _load(path: Path, options: BuildOptions) -> Robot:
     return calibrated(robot, options.wrt) if options.wrt else robot
 
 
-def _emit(kernels: Kernels, options: BuildOptions) -> tuple[Emitted, dict[str, str]]:
+def _emit(kernels: Kernels, options: BuildOptions, integers: IntegerKernels | None) -> tuple[Emitted, dict[str, str]]:
     """The files, and those of the firmware package; none of these if none is asked for."""
     vectors = compute_vectors(kernels)
     emitted = emit_files(kernels, options.reals, vectors)
     if options.package is None:
         return emitted, {}
-    return emitted, emit_project(kernels, vectors, emitted.files, options.reals, options.package)
+    files, reals = _packaged(emitted, options, integers), () if options.only_integers else options.reals
+    fixed = integers.fixed if integers else None
+    return emitted, emit_project(kernels, vectors, files, reals, options.package, fixed)
+
+
+def _packaged(emitted: Emitted, options: BuildOptions, integers: IntegerKernels | None) -> dict[str, str]:
+    """The emitted files that a firmware package takes from."""
+    floats = {} if options.only_integers else emitted.files
+    return {**floats, **(integers.files if integers else {})}
 
 
 def _compile(kernels: Kernels, emitted: Emitted, options: BuildOptions) -> tuple[Extension | None, tuple[str, ...]]:

@@ -27,6 +27,7 @@ class BuildOptions:
         wrt: Parameters and entries of the table that stay arguments of the kernels, and by which `parameter_jacobian`
             is taken (see `calibrated`).
         integers: Whether to write the kernels without floating point too.
+        only_integers: Whether a firmware package holds these alone; `reals` are then proven all the same.
         compile: Whether to build the compiled extension.
         flags: How to compile it.
         package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
@@ -40,6 +41,7 @@ class BuildOptions:
     quantities: tuple[Quantity, ...] = USUAL
     wrt: tuple[str, ...] = ()
     integers: bool = False
+    only_integers: bool = False
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
     package: Ecosystem | None = None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kinegen.results import BuildOptions, BuildResult, Stage
 
 REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
-INTEGERS = {"q30": REALS["double"], "all": REALS["both"]}
+INTEGERS = {"q30": REALS["double"], "float,q30": REALS["float"], "all": REALS["both"]}
 """The choices with kernels in integers, and the number types beside them."""
 
 ALWAYS = ("c", "python")
@@ -65,8 +65,8 @@ def languages_of(context: click.Context, parameter: click.Parameter, text: str) 
 @click.option(
     "--real",
     type=click.Choice((*REALS, *INTEGERS)),
-    help="Number types; q30 writes kernels in integers, for processors without an FPU, beside double for Python, and "
-    "all writes all three.  [default: both]",
+    help="Number types; q30 writes kernels in integers, for processors without an FPU, beside double for Python (with "
+    "--package alone), and all writes all three.  [default: both]",
 )
 @click.option(
     "--outputs",
@@ -141,10 +141,6 @@ def command(
 
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
-    if package and real in INTEGERS:
-        raise click.UsageError(
-            f"--package takes floating-point kernels; build with --real {real} alone and copy the files"
-        )
     if package and languages:
         raise click.UsageError("--package writes C alone; build with --languages into another folder")
     ecosystem = Ecosystem(package) if package else None
@@ -155,6 +151,7 @@ def command(
         quantities=outputs,
         wrt=wrt,
         integers=real in INTEGERS,
+        only_integers=bool(package) and real == "q30",
         package=ecosystem,
         languages=languages,
         force=force,

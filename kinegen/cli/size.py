@@ -70,7 +70,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     from kinegen.emit.reals import Real
 
     kernels = lower_file(file, outputs)
-    reals: tuple[str, ...] = tuple(map(Real, REALS.get(real, REALS["both"])))
+    reals: tuple[str, ...] = tuple(map(Real, (REALS | INTEGERS)[real]))
     if len(reals) > 1:
         reals = tuple(each for each in reals if each in target.reals)
     if real in INTEGERS:

@@ -7,6 +7,7 @@ names.
 from __future__ import annotations
 
 import math
+import textwrap
 
 from kinegen.emit.functions import LINE
 from kinegen.emit.kernels import Kernels
@@ -58,12 +59,18 @@ def tip_lines(robot: Robot) -> tuple[str, ...]:
     return tuple("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
-def command_line(kernels: Kernels) -> str:
-    """The command that makes the kernels of a header again."""
+def command_lines(kernels: Kernels, *more: str) -> tuple[str, ...]:
+    """The command that makes the kernels of a header again, in lines of a comment; `more` are further options."""
+    text = command_line(kernels, *more)
+    return tuple(textwrap.wrap(text, LINE - 4, break_long_words=False, break_on_hyphens=False))
+
+
+def command_line(kernels: Kernels, *more: str) -> str:
+    """The same in one line."""
     outputs = [str(program.quantity) for program in kernels.programs]
     outputs += [str(Kind.NUMERIC_INVERSE)] * kernels.numeric_inverse
     chosen = [parameter.name for parameter in kernels.robot.parameters if parameter.chosen]
-    options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else [])]
+    options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else []), *more]
     return " ".join([f"kinegen build {comment_text(kernels.robot.source)}", *options])
 
 

@@ -22,6 +22,7 @@ from kinegen.naming import prefix, vectors_file
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
+from kinegen.verify.joint_limits import require_limits, require_python_limits
 from kinegen.verify.known import quantity_frames
 from kinegen.verify.probe import TYPES, Probe, Spoilable, compile_probe
 from kinegen.verify.routines import require_routines
@@ -60,6 +61,7 @@ def require_files(
     """
     programs = tuple(quantity for quantity in quantities if quantity.kind is not Kind.NUMERIC_INVERSE)
     require_tables(robot, package, programs)
+    require_python_limits(robot, package)
     straight = tuple(quantity for quantity in programs if quantity.kind is not Kind.INVERSE)
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".py")}
     require_straight(robot, texts, straight, reals)
@@ -71,6 +73,7 @@ def require_files(
     for real in reals:
         probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)
         require_macros(robot, probe, macros)
+        require_limits(robot, probe)
         _require_defaults(robot, probe)
         require_routines(robot, probe)
         deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(programs, kernels, strict=True)]

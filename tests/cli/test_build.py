@@ -137,6 +137,7 @@ def test_a_build_can_be_imported_from_its_folder(two: str, out: Path, capsys: py
         ("float", "two_f32.c two_f32.h two_f32_batch.c", "two.c two.h"),
         ("both", "two.c two_f32.c", "two_q30.c"),
         ("q30", "two.c two_q30.c two_q30.h two_q30_vectors.h two_q30_selftest.c", "two_f32.c two_f32.h"),
+        ("float,q30", "two_f32.c two_q30.c", "two.c two.h"),
         ("all", "two.c two_f32.c two_q30.c", ""),
     ],
 )
@@ -181,14 +182,10 @@ def test_a_build_without_the_pose_still_shows_the_plain_product(
     [
         (["--outputs", "pose,speed"], "unknown output 'speed' (expected pose, frames, position, "),
         (["--outputs", ""], "unknown output ''"),
-        (["--real", "half"], "'half' is not one of 'double', 'float', 'both', 'q30', 'all'"),
+        (["--real", "half"], "'half' is not one of 'double', 'float', 'both', 'q30', 'float,q30', 'all'"),
         (["--march", "haswell", "--portable"], "--march and --portable exclude each other"),
-        (
-            ["--package", "cmake", "--real", "q30"],
-            "--package takes floating-point kernels; build with --real q30 alone",
-        ),
     ],
-    ids=["output", "no output", "real", "processor", "integers"],
+    ids=["output", "no output", "real", "processor"],
 )
 def test_wrong_options_are_wrong_usage(
     arguments: list[str], message: str, two: str, out: Path, capsys: pytest.CaptureFixture[str]

@@ -25,6 +25,8 @@ _WORD = re.compile(r"\s*(\d+u?|0x[0-9A-F]+u|[A-Za-z_]\w*(?:->\w+)?(?:\[\d+\])*|>
 _FUNCTION = re.compile(r"^(?:static )?(?:inline )?(\w+) (\w+)\(([^)]*)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 _REFUSAL = re.compile(r"^#if .*\n#error .*\n#endif$", re.MULTILINE)
 """A check of the header, which compilers carry out."""
+_WAYS = re.compile(r"^#if .*?$(.*?)^#else$(.*?)^#endif$", re.MULTILINE | re.DOTALL)
+"""The two ways to multiply."""
 _FORMS = {
     "declaration": r"const (\w+) (\w+) = (.*)",
     "store": r"\*?(\w+(?:\[\d+\])*) = (.*)",
@@ -238,9 +240,9 @@ def load(source: str, *, split: bool) -> Machine:
     """
     text = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
     text = _REFUSAL.sub("", text)
-    if "#else" in text:
-        before, halves, whole, after = re.split(r"^#if .*$|^#else$|^#endif$", text, flags=re.MULTILINE)
-        text = before + (halves if split else whole) + after
+    text = _WAYS.sub(r"\1" if split else r"\2", text)
+    text = re.sub(r"^#(?:ifndef|define|endif).*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"\bKINEGEN_(\w+)_SINCOS(?=\()", lambda found: f"{found[1].lower()}_sincos", text)
     functions = {}
     for kind, name, arguments, body in _FUNCTION.findall(text):
         statements = [line.strip() for line in body.split(";") if line.strip()]

@@ -23,7 +23,7 @@ STEP = "1" if "KINEGEN_EVERY_ANGLE" in os.environ else "61"
 
 def arithmetic(**wanted: int) -> str:
     """The arithmetic by itself, as C text: products, or just what is wanted with some shift."""
-    usual = {"shifts": (), "rounds": (), "parts": (), "multiplies": not wanted, "sincos": not wanted}
+    usual = {"shifts": (), "rounds": (), "parts": (), "multiplies": not wanted}
     scalings = {name: (Scaling(shift, shift - 1, 2**shift, 2**shift // 2),) for name, shift in wanted.items()}
     context = SimpleNamespace(**usual | scalings)
     template = environment().get_template("fixed/_arithmetic.c.jinja")
@@ -32,16 +32,17 @@ def arithmetic(**wanted: int) -> str:
 
 def sincos() -> str:
     """The pair with the arithmetic that it needs."""
-    return arithmetic() + environment().get_template("fixed/_sincos.c.jinja").render(prefix="robot_q30")
+    context = SimpleNamespace(multiplies=True, sincos_macro="KINEGEN_ROBOT_Q30_SINCOS")
+    return arithmetic() + environment().get_template("fixed/_sincos.c.jinja").render(k=context, prefix="robot_q30")
 
 
 @pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_both_ways_to_multiply_give_the_defined_product(compiler: str, tmp_path: Path) -> None:
     """The names of both ways are told apart by macros; the sanitizer sees to overflow."""
-    _, halves, whole, _ = re.split(r"^#if .*$|^#else$|^#endif$", arithmetic(), flags=re.MULTILINE)
-    (tmp_path / "halves.c").write_text(halves, encoding="utf-8")
-    (tmp_path / "whole.c").write_text(whole, encoding="utf-8")
+    ways = re.findall(r"^#if defined\(KINEGEN.*?$(.*?)^#else$(.*?)^#endif$", sincos(), re.MULTILINE | re.DOTALL)
+    for place, name in enumerate(("halves", "whole")):
+        (tmp_path / f"{name}.c").write_text("".join(way[place] for way in ways), encoding="utf-8")
     limits = [f"-DLARGEST={LARGEST}", f"-DLARGEST_FACTOR={LARGEST_FACTOR}"]
     flags = ["-std=c99", "-O1", *UNDEFINED[compiler], *limits, "-I", tmp_path]
     run([compiler, *flags, HERE / "products.c", "-o", tmp_path / "products"])

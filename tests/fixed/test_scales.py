@@ -58,7 +58,7 @@ def test_one_bit_more_would_overflow() -> None:
 
     assert kernels.scales.length == 31
     assert draft.overflows()
-    broken = replace(kernels, scales=finer, programs=(draft.settled(),))
+    broken = replace(kernels, scales=finer, programs=(draft.settled(),), coarse=None)
     code = machine.load(emit_fixed(broken)[c_file("planar_3r", "c", Q30)], split=False)
     with pytest.raises(machine.StoppedError):
         code.kernel("planar_3r_q30_fk", [0, 0, 0], {})

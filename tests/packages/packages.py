@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -14,28 +15,45 @@ import pytest
 from numpy.typing import NDArray
 
 from kinegen import reference
+from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.write import write_files
 from tests.emit.emitted import kernels, texts, vectors
+from tests.fixed.kernels import fixed
+from tests.fixed.kernels import texts as integer_texts
 
 STUBS = Path(__file__).resolve().parent / "stubs"
+
+INTEGERS = ((Q30,), (Real.FLOAT, Q30))
+"""Packages with kernels in integers, alone and beside others."""
 
 ROBOTS = ("puma560", "hand", "calibrated_2r", "blocks")
 """An arm; a tree with five tips; runtime parameters; no joint at all."""
 
-DEBIAN = {"cmake": "cmake", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "avr-gcc": "gcc-avr", "g++": "g++", "gcc": "gcc"}
+DEBIAN = {
+    "cmake": "cmake",
+    "arm-none-eabi-gcc": "gcc-arm-none-eabi",
+    "avr-gcc": "gcc-avr",
+    "simavr": "simavr",
+    "g++": "g++",
+    "gcc": "gcc",
+}
 """What to install for a program, on Debian."""
 
 
 @cache
-def project(robot: str, ecosystem: Ecosystem, reals: tuple[Real, ...] = ()) -> Mapping[str, str]:
-    """The files of a package; with its usual number types unless others are named."""
-    return emit_project(kernels(robot), vectors(robot), texts(robot), reals or ecosystem.reals, ecosystem)
+def project(robot: str, ecosystem: Ecosystem, reals: tuple[str, ...] = ()) -> Mapping[str, str]:
+    """The files of a package; with its usual number types unless others are named, `Q30` among them."""
+    floats = tuple(Real(real) for real in reals if real != Q30) if reals else ecosystem.reals
+    integers = Q30 in reals
+    files = {**texts(robot), **(integer_texts(robot) if integers else {})}
+    fixed_kernels = fixed(robot) if integers else None
+    return emit_project(kernels(robot), vectors(robot), files, floats, ecosystem, fixed_kernels)
 
 
-def write_package(place: Path, robot: str, ecosystem: Ecosystem, reals: tuple[Real, ...] = ()) -> Path:
+def write_package(place: Path, robot: str, ecosystem: Ecosystem, reals: tuple[str, ...] = ()) -> Path:
     """Write a package into a folder that bears the robot's name, and return that folder."""
     write_files(place / robot, project(robot, ecosystem, reals))
     return place / robot
@@ -65,9 +83,12 @@ def _path() -> str:
 
 
 def example_joints(text: str) -> list[float]:
-    """The joint vector that stands in an example."""
+    """The joint vector that stands in an example, in radians and the file's unit."""
     vector = re.search(r" q\[.*?\};", text, re.S)
-    return [float(word) for word in re.findall(r"^ +(-?\d\S*?)F?,? /\*", vector[0], re.M)] if vector else []
+    found = re.findall(r"^ +(-?\d\S*?)F?,? /\* \w+ \[(?:1/2\^(\d+) )?(\w+)\]", vector[0], re.M) if vector else []
+    return [
+        float(word) * 0.5 ** int(bits or 0) * (2 * math.pi if unit == "turn" else 1.0) for word, bits, unit in found
+    ]
 
 
 def example_pose(robot: str, text: str) -> NDArray[np.float64]:

@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from tests.packages.packages import (
+    INTEGERS,
     ROBOTS,
     STUBS,
     example_pose,
@@ -76,9 +78,9 @@ def defects(files: Mapping[str, str], folder: str) -> list[str]:
     return [rule for rule, kept in rules.items() if not kept]
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT)], ids="-".join)
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_library_keeps_the_specification(robot: str, reals: tuple[Real, ...]) -> None:
+def test_the_library_keeps_the_specification(robot: str, reals: tuple[str, ...]) -> None:
     assert defects(project(robot, Ecosystem.ARDUINO, reals), robot) == []
 
 
@@ -109,11 +111,12 @@ def test_the_double_kernels_are_not_offered_to_boards_that_lack_a_double() -> No
     assert single["architectures"] == "*"
 
 
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_keywords_are_words_of_the_headers_parted_by_one_tab(robot: str) -> None:
-    files = project(robot, Ecosystem.ARDUINO)
+def test_keywords_are_words_of_the_headers_parted_by_one_tab(robot: str, reals: tuple[str, ...]) -> None:
+    files = project(robot, Ecosystem.ARDUINO, reals)
     lines = [line for line in files["keywords.txt"].splitlines() if line and not line.startswith("#")]
-    header = files[f"src/{robot}_f32.h"]
+    header = "".join(text for path, text in files.items() if re.fullmatch(r"src/[^/]+\.h", path))
 
     assert lines
     for line in lines:
@@ -123,12 +126,13 @@ def test_keywords_are_words_of_the_headers_parted_by_one_tab(robot: str) -> None
     assert len(lines) == len(set(lines))
 
 
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("sketch", ["Pose", "SelfTest"])
-def test_the_sketches_run(robot: str, sketch: str, tmp_path: Path) -> None:
+def test_the_sketches_run(robot: str, sketch: str, reals: tuple[str, ...], tmp_path: Path) -> None:
     """As the IDE builds them: all below src as C, only src on the path, the sketch as C++ with Arduino.h before it."""
     need("gcc", "g++")
-    library = write_package(tmp_path, robot, Ecosystem.ARDUINO)
+    library = write_package(tmp_path, robot, Ecosystem.ARDUINO, reals)
     objects = []
     for source in sorted((library / "src").rglob("*.c")):
         objects.append(tmp_path / f"{source.stem}.o")
@@ -159,13 +163,17 @@ def test_the_sketches_run(robot: str, sketch: str, tmp_path: Path) -> None:
     else:
         passes = r": largest difference [\d.]+% of the accepted one, passed\n"
         sincos = f"{robot}_f32_selftest_sincos{passes}" if re.search("_sincos\\(", ino.read_text()) else ""
-        assert sincos or robot not in ("puma560", "ur5", "hand")
-        assert re.fullmatch(rf"({robot}_f32_selftest{passes}{sincos}){{2}}", told)
+        assert sincos or robot not in ("puma560", "ur5", "hand") or Real.FLOAT not in reals
+        floats = f"{robot}_f32_selftest{passes}{sincos}" if Real.FLOAT in reals else ""
+        counted = r": largest difference \d+, accepted \d+, passed\n"
+        integers = f"{robot}_q30_selftest{counted}" if Q30 in reals else ""
+        assert re.fullmatch(rf"({floats}{integers}){{2}}", told)
 
 
-def test_the_library_compiles_for_an_avr(tmp_path: Path) -> None:
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
+def test_the_library_compiles_for_an_avr(reals: tuple[str, ...], tmp_path: Path) -> None:
     need("avr-gcc")
-    library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO)
+    library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO, reals)
     for source in (library / "src").rglob("*.c"):
         flags = ["-mmcu=atmega328p", "-std=gnu11", "-Os", "-Wall", "-Wextra", "-Werror", f"-I{library / 'src'}"]
         run(["avr-gcc", *flags, "-c", source, "-o", tmp_path / "object.o"], library)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
 import pytest
 
 from kinegen.cli import main
+from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from kinegen.manifest import MANIFEST
@@ -52,6 +54,19 @@ def test_folder_and_number_types_can_be_named(tmp_path: Path) -> None:
     build("--package", "esp-idf", "-o", str(tmp_path / "here"), "--real", "double")
 
     assert files(tmp_path / "here" / "scara") == dict(project("scara", Ecosystem.ESP_IDF, (Real.DOUBLE,)))
+
+
+@pytest.mark.parametrize(("real", "reals"), [("q30", (Q30,)), ("float,q30", (Real.FLOAT, Q30))])
+def test_packages_of_integers_have_them_alone_or_beside_others(
+    real: str, reals: tuple[str, ...], tmp_path: Path
+) -> None:
+    """With a compiler, so that they are proved first; the list has a digest of each file."""
+    assert main(["build", SCARA, "--package", "arduino", "-o", str(tmp_path), "--real", real]) == 0
+    held = files(tmp_path / "scara")
+    listed = json.loads((tmp_path / "scara" / MANIFEST).read_text(encoding="utf-8"))["files"]
+
+    assert held == dict(project("scara", Ecosystem.ARDUINO, reals))
+    assert listed == {path: hashlib.sha256(text.encode()).hexdigest() for path, text in held.items()}
 
 
 def test_kernels_of_another_number_type_do_not_stay_where_they_would_be_compiled(tmp_path: Path) -> None:

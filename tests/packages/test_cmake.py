@@ -14,6 +14,7 @@ from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from tests.emit.emitted import COMPILERS, kernels
 from tests.packages.packages import (
+    INTEGERS,
     STUBS,
     example_pose,
     is_semantic_version,
@@ -67,16 +68,17 @@ def user(place: Path, taking: str) -> Path:
     return folder
 
 
+@pytest.mark.parametrize("reals", [(Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ["puma560", "calibrated_2r"])
-def test_alone_it_builds_and_its_own_test_passes(robot: str, tmp_path: Path) -> None:
-    products = configure(write_package(tmp_path, robot, Ecosystem.CMAKE))
+def test_alone_it_builds_and_its_own_test_passes(robot: str, reals: tuple[str, ...], tmp_path: Path) -> None:
+    products = configure(write_package(tmp_path, robot, Ecosystem.CMAKE, reals))
 
     told = run(["ctest", "--test-dir", products, "--output-on-failure"], tmp_path)
     shown = last_rows(run([products / f"{robot}_pose"], tmp_path))
 
-    assert "100% tests passed, 0 tests failed out of 3" in told
+    assert f"100% tests passed, 0 tests failed out of {len(reals) + 1}" in told
     np.testing.assert_allclose(
-        shown, example_pose(robot, project(robot, Ecosystem.CMAKE)["examples/pose.c"]), atol=1e-5
+        shown, example_pose(robot, project(robot, Ecosystem.CMAKE, reals)["examples/pose.c"]), atol=1e-5
     )
 
 

@@ -14,6 +14,7 @@ import yaml
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from tests.packages.packages import (
+    INTEGERS,
     ROBOTS,
     STUBS,
     example_pose,
@@ -61,9 +62,9 @@ def defects(manifest: Mapping[str, Any]) -> list[str]:
     return [rule for rule, kept in rules.items() if not kept]
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT)], ids="-".join)
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[Real, ...]) -> None:
+def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[str, ...]) -> None:
     files = project(robot, Ecosystem.ESP_IDF, reals)
 
     assert defects(yaml.safe_load(files["idf_component.yml"])) == []
@@ -98,6 +99,24 @@ def test_every_file_that_the_component_names_is_there(robot: str) -> None:
     assert {name for name in quoted if "." not in name} == {
         path.rpartition("/")[0] for path in files if path.endswith(".h")
     }
+
+
+@pytest.mark.parametrize("reals", INTEGERS, ids="-".join)
+def test_the_example_project_runs_the_self_test_in_integers(reals: tuple[str, ...], tmp_path: Path) -> None:
+    need("cmake", "gcc")
+    component = write_package(tmp_path, "puma560", Ecosystem.ESP_IDF, reals)
+    folder, products = component / "examples" / "pose", tmp_path / "products"
+    flags = "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror"
+    run(["cmake", "-S", folder, "-B", products, flags], tmp_path, IDF_PATH=str(STUBS / "esp_idf"))
+    run(["cmake", "--build", products], tmp_path)
+
+    told = run([products / "puma560_pose"], tmp_path)
+
+    assert "puma560_q30_selftest: passed\n" in told
+    assert "FAILED" not in told
+    np.testing.assert_allclose(
+        last_rows(told), example_pose("puma560", (folder / "main" / "main.c").read_text()), atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("robot", ["puma560", "blocks"])

@@ -15,6 +15,7 @@ import pytest
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from tests.packages.packages import (
+    INTEGERS,
     ROBOTS,
     STUBS,
     example_pose,
@@ -75,9 +76,9 @@ def defects(manifest: Mapping[str, Any], files: Mapping[str, str]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT)], ids="-".join)
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[Real, ...]) -> None:
+def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[str, ...]) -> None:
     files = project(robot, Ecosystem.PLATFORMIO, reals)
 
     assert defects(json.loads(files["library.json"]), files) == []
@@ -104,11 +105,12 @@ def test_a_manifest_that_breaks_a_rule_is_noticed(key: str, value: object) -> No
 
 
 @pytest.mark.parametrize("arduino", [True, False], ids=["arduino", "plain"])
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_the_example_runs(robot: str, arduino: bool, tmp_path: Path) -> None:
+def test_the_example_runs(robot: str, reals: tuple[str, ...], arduino: bool, tmp_path: Path) -> None:
     """As PlatformIO builds: src and include on the path, src in an archive, the example as the project."""
     need("gcc", "g++")
-    library = write_package(tmp_path, robot, Ecosystem.PLATFORMIO)
+    library = write_package(tmp_path, robot, Ecosystem.PLATFORMIO, reals)
     flags = json.loads((library / "library.json").read_text())["build"]["flags"]
     places = [f"-I{library / 'include'}", f"-I{library / 'src'}"]
     sources = sorted((library / "src").glob("*.c"))

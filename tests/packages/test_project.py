@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from kinegen.emit.environment import environment, template_folder
+from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.layout import LAYOUTS
 from kinegen.emit.packages.project import emit_project
@@ -19,20 +20,22 @@ from kinegen.errors import KinegenError
 from kinegen.naming import prefix
 from kinegen.robot.extent import joint_box
 from tests.emit.emitted import ROOT, kernels, texts, vectors
-from tests.packages.packages import ROBOTS, example_joints, project
+from tests.fixed.kernels import texts as integer_texts
+from tests.packages.packages import INTEGERS, ROBOTS, example_joints, project
 
 TEMPLATES = template_folder(ROOT / "kinegen") / "packages"
 EVERY = [(robot, ecosystem) for robot in ROBOTS for ecosystem in Ecosystem]
 
 
 @pytest.mark.parametrize(("robot", "ecosystem"), EVERY)
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE,), (Real.DOUBLE, Real.FLOAT)], ids="-".join)
-def test_the_c_files_are_those_that_were_proved(robot: str, ecosystem: Ecosystem, reals: tuple[Real, ...]) -> None:
+@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+def test_the_c_files_are_those_that_were_proved(robot: str, ecosystem: Ecosystem, reals: tuple[str, ...]) -> None:
     files = project(robot, ecosystem, reals)
     held = {path.rpartition("/")[2]: text for path, text in files.items()}
     wanted = [f"{prefix(robot, real)}{end}" for real in reals for end in (".h", ".c", "_selftest.c", "_vectors.h")]
 
-    assert {name: held[name] for name in wanted} == {name: texts(robot)[name] for name in wanted}
+    emitted = {**texts(robot), **integer_texts(robot)}
+    assert {name: held[name] for name in wanted} == {name: emitted[name] for name in wanted}
     assert sum(path.endswith((".h", ".c")) and "example" not in path for path in files) == len(wanted)
 
 
@@ -142,3 +145,24 @@ def test_the_example_stands_within_the_limits(robot: str) -> None:
     values = example_joints(project(robot, Ecosystem.CMAKE)["examples/pose.c"])
 
     assert all(low <= value <= high for value, (low, high) in zip(values, joint_box(arm), strict=True))
+
+
+@pytest.mark.parametrize("ecosystem", Ecosystem)
+def test_integers_alone_bring_nothing_of_floats_along(ecosystem: Ecosystem) -> None:
+    files = project("puma560", ecosystem, (Q30,))
+
+    assert all("_f32" not in path + text for path, text in files.items())
+    assert all(len(line) <= 120 or line.startswith("|") for line in files["README.md"].splitlines())
+    for word in ("1/2^32 turn", "puma560_q30_fk", "PUMA560_Q30_TOLERANCE", "in units of the last place"):
+        assert word in " ".join(files["README.md"].split())
+    assert "rad" not in files["README.md"].split()
+
+
+def test_a_header_of_integers_says_which_robot_file_it_is_from() -> None:
+    """A header with the source of another file does not compile; the version of the robot is in the manifest."""
+    files = project("puma560", Ecosystem.CMAKE, (Q30,))
+    release = kernels("puma560").robot.release
+
+    assert re.search(r"#define PUMA560_MODEL 0x[0-9a-f]{16}U\n", files["include/puma560_q30.h"])
+    assert "#error" in files["src/puma560_q30.c"]
+    assert f"VERSION {release}" in files["CMakeLists.txt"]

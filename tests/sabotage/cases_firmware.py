@@ -17,7 +17,7 @@ _ACCEPTED = (
     ("an entry that accepts nothing", "puma560_vectors.h", r"\{\S+, \S+,", "{1e-15, 1e-25,", "puma560_fk_accepted"),
     ("differences that vanish", "puma560_selftest.c", r"difference / whole", "0.0 * difference / whole", ""),
     ("differences that shrink", "puma560_f32_selftest.c", r"difference / whole", "difference / (whole * 1e9F)", ""),
-    ("differences of one entry", "puma560_selftest.c", r"_accepted\[entry\]|_accepted\[\(frame \* 12\) \+ entry\]",
+    ("differences of one entry", "puma560_selftest.c", r"\w+_read\(&\w+_accepted\[[^]]*\]\)",
      r"\g<0> * ((entry == 4) ? 1e9 : 1)", ""),
     ("last rows that may be anything", "puma560_selftest.c", r"\? worst : -1\.0;", "? worst : worst;", "_worst_constant"),
     ("last rows of floats that nobody looks at", "puma560_f32_selftest.c", r"entry < 16", "entry < 12", ""),
@@ -28,6 +28,19 @@ _ACCEPTED = (
     ("a pair of floats that is never good enough", "puma560_f32_vectors.h", r"PAIR_TOLERANCE \d\S+",
      "PAIR_TOLERANCE 1e-25F", ""),
     ("the sine of a pair", "puma560_vectors.h", r"\{(\S+), (\S+),", r"{\1, 0.125,", "puma560_pairs_expected"),
+)  # fmt: skip
+
+_LIMITS = (
+    ("a limit that is not within", "puma560.c", r"q\[1\] >= PUMA", "q[1] > PUMA", "puma560_within_limits(", "within_limits gives 0"),
+    ("an upper limit of floats", "puma560_f32.c", r"q\[4\] <= PUMA", "q[4] < PUMA", "puma560_f32_within_limits(", "within_limits gives 0"),
+    ("NaN that is within", "puma560_f32.c", r"\(\(q\[2\] >= (\w+\[2\])\) && \(q\[2\] <= (\w+\[2\])\)\)",
+     r"(!((q[2] < \1) || (q[2] > \2)))", "puma560_f32_within_limits(", "within_limits gives 1"),
+    ("a joint that is not looked at", "puma560.c", r"within = \(\(q\[5\][^;]*;", "", "puma560_within_limits(", "within_limits gives 1"),
+    ("clamping to the other limit", "puma560.c", r"\(q\[0\] < PUMA560_LIMITS_LOW\[0\]\) \? PUMA560_LIMITS_LOW", "(q[0] < PUMA560_LIMITS_LOW[0]) ? PUMA560_LIMITS_HIGH",
+     "void puma560_clamp(", "clamp gives"),
+    ("clamping of another joint", "puma560_f32.c", r"above4 > PUMA560_F32_LIMITS_HIGH\[4\]", "above4 > PUMA560_F32_LIMITS_HIGH[3]", "void puma560_f32_clamp(", "clamp gives"),
+    ("clamping that loses NaN", "puma560.c", r"\(q\[1\] < (\w+\[1\])\) \? \w+\[1\] : q\[1\]", r"(q[1] >= \1) ? q[1] : \1", "void puma560_clamp(", "clamp gives"),
+    ("a limit rounded inwards", "puma560.c", r"(-?\d\.\d+?)\d\d,", r"\g<1>,", "PUMA560_LIMITS_LOW[", "LIMITS_LOW holds"),
 )  # fmt: skip
 
 _GUARDS = (
@@ -42,6 +55,10 @@ CASES = (
         for name, file, old, new, after in _ACCEPTED
     ),
     *(
+        Sabotage(f"firmware: {name}", "puma560", "pose,frames", file, old, new, after=after, message=message)
+        for name, file, old, new, after, message in _LIMITS
+    ),
+    *(
         Sabotage(f"firmware: {name}", "puma560", "pose,frames", file, old, new, errors=(CompileError,))
         for name, file, old, new in _GUARDS
     ),
@@ -50,7 +67,7 @@ CASES = (
         "puma560",
         "pose,inverse",
         "puma560_selftest.c",
-        r"(extents\[\w+\] = )\{[^}]*\}",
+        r"(extents\[\w+\] \w+ = )\{[^}]*\}",
         rf"\g<1>{WIDE}",
     ),
     Sabotage(

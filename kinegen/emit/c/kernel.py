@@ -38,7 +38,7 @@ from kinegen.emit.nearest import NAME
 from kinegen.emit.reals import Real
 from kinegen.emit.sections import sections
 from kinegen.emit.sincos import SINCOS, Sincos
-from kinegen.emit.table import command_line, table_lines, table_title, tip_lines
+from kinegen.emit.table import command_lines, table_lines, table_title, tip_lines
 from kinegen.emit.words import brief, frames_text, input_text, result_text, subject
 from kinegen.ir.program import Constant, Operator, Program
 from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
@@ -163,7 +163,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         table_title=table_title(robot),
         table=table_lines(robot),
         tips=tip_lines(robot),
-        command=tuple(textwrap.wrap(command_line(kernels), LINE - 4, break_long_words=False, break_on_hyphens=False)),
+        command=command_lines(kernels),
         actuators=actuator_lines(kernels),
         parameters=parameter_lines(robot),
         parameter_names=names,

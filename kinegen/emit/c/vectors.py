@@ -36,6 +36,7 @@ class VectorInput:
     """The values of one input."""
 
     array: str
+    given: str
     extent: str
     words: str
     rows: tuple[str, ...]
@@ -104,6 +105,7 @@ class VectorContext:
     robot: str
     prefix: str
     real: str
+    flash_macro: str
     count_macro: str
     count: int
     inputs: tuple[VectorInput, ...]
@@ -151,6 +153,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         robot=robot.name,
         prefix=stem,
         real=real.value,
+        flash_macro=macro(stem, "FLASH"),
         count_macro=f"{stem.upper()}_VECTORS",
         count=len(vectors.inputs["q"]) if checked else 0,
         inputs=tuple(_inputs(kernels, checked, vectors, real)),
@@ -180,6 +183,7 @@ def _inputs(kernels: Kernels, checked: list[Program], vectors: Vectors, real: Re
     for name, array in arrays.items():
         yield VectorInput(
             array=f"{prefix(kernels.robot.name, real)}_vectors_{name}",
+            given=f"given_{name}",
             extent=macros(kernels)[0][0] if array.shape == (kernels.robot.dof,) else str(array.stored),
             words="Joint vectors." if name == "q" else f"{name}: {input_text(array)}.",
             rows=tuple(_row(entries, real) for entries in vectors.inputs[name]),
@@ -205,7 +209,7 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
-        call=f"{name}({', '.join([f'{name}_targets[target]', *_parameters(kernels, real), 'solutions', 'valid'])})",
+        call=f"{name}({', '.join(['pose', *_parameters(kernels, real), 'solutions', 'valid'])})",
     )
 
 
@@ -213,7 +217,7 @@ def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> 
     robot = kernels.robot
     name = function(robot.name, program.quantity.function, real)
     expected = vectors.expected[program.quantity]
-    inputs = [f"{prefix(robot.name, real)}_vectors_{array.name}[vector]" for array in given(program)]
+    inputs = [f"given_{array.name}" for array in given(program)]
     arguments = [*inputs, *_parameters(kernels, real), *(array.name for array in computed(program))]
     return VectorCheck(
         function=name,
@@ -242,7 +246,8 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
         whole = entries == array.stored
         place = f"found{ending}[entry]" if whole else f"found{ending}[(frame * {array.stored}) + entry]"
         entry = "entry" if whole else f"(frame * {entries}) + entry"
-        wanted = f"{name}_expected{ending}[vector][{entry}]"
+        read = f"{prefix(kernels.robot.name, real)}_read"
+        wanted = f"{read}(&{name}_expected{ending}[vector][{entry}])"
         yield VectorResult(
             array=f"{name}_expected{ending}",
             found=f"found{ending}",
@@ -259,7 +264,7 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
             if result.turns
             else place,
             wanted=wanted,
-            accepted=f"{name}_accepted{ending}[{entry}]",
+            accepted=f"{read}(&{name}_accepted{ending}[{entry}])",
             accepted_array=f"{name}_accepted{ending}",
             limits=_row(next(accepted), real),
         )

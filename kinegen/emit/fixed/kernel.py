@@ -10,12 +10,13 @@ from kinegen.emit.c.kernel import macros, model_macro
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
-from kinegen.emit.fixed.manual import error_text, joint_lines, parameter_lines, range_end
+from kinegen.emit.fixed.manual import above_one, error_text, joint_lines, parameter_lines, range_end, sincos_lines
 from kinegen.emit.fixed.statements import IntegerPrinter, needed_shifts, uses
 from kinegen.emit.kernels import Kernels, operation_line, provenance
+from kinegen.emit.table import command_lines, table_lines, table_title
 from kinegen.emit.words import brief
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram, Operation
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix
+from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Dimension, JointType
 
@@ -25,6 +26,7 @@ class FixedFunction:
     """One kernel, printed.
 
     Attributes:
+        name: C name.
         brief: What it computes.
         operations: What a call costs, in words.
         errors: What is proven of its results.
@@ -36,6 +38,7 @@ class FixedFunction:
         unused: Arguments that the body does not read.
     """
 
+    name: str
     brief: str
     operations: str
     errors: str
@@ -85,6 +88,11 @@ class FixedContext:
     stroke_end: str
     parameter_end: str
     joints: tuple[str, ...]
+    table_title: str
+    table: tuple[str, ...]
+    command: tuple[str, ...]
+    above_one: int
+    sincos_lines: tuple[str, ...]
     parameters: tuple[str, ...]
     parameter_names: tuple[str, ...]
     defaults: tuple[tuple[str, str], ...]
@@ -94,6 +102,7 @@ class FixedContext:
     parts: tuple[Scaling, ...]
     multiplies: bool
     sincos: bool
+    sincos_macro: str
 
 
 def emit_fixed(fixed: FixedKernels) -> dict[str, str]:
@@ -139,6 +148,11 @@ def fixed_context(fixed: FixedKernels) -> FixedContext:
         stroke_end=range_end(scales.stroke),
         parameter_end=range_end(scales.parameter),
         joints=joint_lines(robot, scales),
+        table_title=table_title(robot),
+        table=table_lines(robot),
+        command=command_lines(fixed.kernels, f"--real {Q30}"),
+        above_one=above_one(fixed),
+        sincos_lines=sincos_lines(fixed, source) if sincos else (),
         parameters=tuple(parameter_lines(fixed)),
         parameter_names=names,
         defaults=tuple((name, f"{value}") for name, value in zip(names, fixed.defaults, strict=True)),
@@ -148,8 +162,9 @@ def fixed_context(fixed: FixedKernels) -> FixedContext:
         ),
         rounds=tuple(_scaling(shift) for shift in needed_shifts(fixed.programs, Operation.ROUND)),
         parts=tuple(_scaling(shift) for shift in needed_shifts(fixed.programs, Operation.TURN_PART)),
-        multiplies=sincos or NUMBER_BITS in needed_shifts(fixed.programs, Operation.MULTIPLY),
+        multiplies=NUMBER_BITS in needed_shifts(fixed.programs, Operation.MULTIPLY),
         sincos=sincos,
+        sincos_macro=sincos_macro(robot.name, Q30),
     )
 
 
@@ -179,12 +194,13 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
     unused = ["q"] * bool(robot.dof and not program.reads_joints)
     unused += ["params"] * bool(robot.runtime_parameters and not program.reads_parameters)
     return FixedFunction(
+        name=name,
         brief=brief(exact.signature),
         operations=operation_line(exact),
         errors=error_text(fixed, program),
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restricted})",
-        body=_body(IntegerPrinter(prefix(robot.name, Q30)), program),
+        body=_body(IntegerPrinter(prefix(robot.name, Q30), sincos_macro(robot.name, Q30)), program),
         output=result.name,
         shape=_shape(fixed.kernels, exact.quantity),
         unused=tuple(unused),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinegen.emit.kernels import Kernels
+from kinegen.ir.fixed.coarse import CoarsePair, coarse_pair
 from kinegen.ir.fixed.plan import plan_fixed
 from kinegen.ir.fixed.program import FixedProgram, Scales
 from kinegen.ir.fixed.rounding import nearest_integer
@@ -20,11 +21,13 @@ class FixedKernels:
         kernels: The robot and its exact programs.
         scales: Fraction bits of lengths.
         programs: One integer program for each.
+        coarse: What holds with a coarser sine and cosine; None where there is none.
     """
 
     kernels: Kernels
     scales: Scales
     programs: tuple[FixedProgram, ...]
+    coarse: CoarsePair | None
 
     @property
     def robot(self) -> Robot:
@@ -50,7 +53,7 @@ def fixed_kernels(kernels: Kernels) -> FixedKernels:
         KinegenError: If integers cannot evaluate one; the message says why.
     """
     scales, programs = plan_fixed(kernels.robot, kernels.programs)
-    return FixedKernels(kernels, scales, programs)
+    return FixedKernels(kernels, scales, programs, coarse_pair(kernels.robot, programs, scales))
 
 
 def signed_angle(angle: int) -> int:

@@ -31,9 +31,11 @@ class IntegerPrinter:
 
     Attributes:
         prefix: What the names of the functions begin with.
+        sincos: Name of the macro that takes sine and cosine.
     """
 
     prefix: str
+    sincos: str
 
     def operand(self, operand: FixedOperand) -> str:
         """One operand as an int32_t."""
@@ -80,7 +82,7 @@ class IntegerPrinter:
         operation = statement.operation
         if operation is Operation.SINCOS:
             sine, cosine = statement.results
-            pair = f"{self.prefix}_sincos({self.angle(statement.operands[0])}, &{sine}, &{cosine});"
+            pair = f"{self.sincos}({self.angle(statement.operands[0])}, &{sine}, &{cosine});"
             return f"int32_t {sine};", f"int32_t {cosine};", pair
         is_angle = operation in _UNSIGNED or operation in (Operation.TURN_NEGATE, Operation.TURN_PART)
         return (f"const {'uint32_t' if is_angle else 'int32_t'} {statement.name} = {self._expression(statement)};",)

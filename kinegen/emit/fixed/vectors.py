@@ -12,7 +12,17 @@ from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.kernels import provenance
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, selftest_file, vectors_file
+from kinegen.naming import (
+    c_file,
+    comment_text,
+    function,
+    guard,
+    macro,
+    prefix,
+    selftest_file,
+    sincos_macro,
+    vectors_file,
+)
 from kinegen.outputs import Quantity
 
 IntegerRow = tuple[int, ...]
@@ -61,6 +71,9 @@ class FixedVectorContext:
     description: str
     robot: str
     prefix: str
+    real: str
+    flash_macro: str
+    sincos_macro: str
     count_macro: str
     tolerance_macro: str
     count: int
@@ -69,6 +82,7 @@ class FixedVectorContext:
     inputs: tuple[str, ...]
     checks: tuple[FixedCheck, ...]
     tolerance: int
+    coarse_tolerance: int
     one: int
 
 
@@ -93,6 +107,9 @@ def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, 
         description=comment_text(robot.description),
         robot=robot.name,
         prefix=stem,
+        real="int32_t",
+        flash_macro=macro(stem, "FLASH"),
+        sincos_macro=sincos_macro(robot.name, Q30),
         count_macro=macro(stem, "VECTORS"),
         tolerance_macro=macro(stem, "TOLERANCE"),
         count=len(vectors.inputs),
@@ -101,6 +118,7 @@ def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, 
         inputs=tuple(_row(entries) for entries in vectors.inputs),
         checks=tuple(_check(fixed, program, vectors) for program in fixed.programs),
         tolerance=tolerance(fixed),
+        coarse_tolerance=_accepted(fixed.coarse.errors) if fixed.coarse else 0,
         one=2**NUMBER_BITS,
     )
     return {
@@ -111,7 +129,11 @@ def emit_fixed_vectors(fixed: FixedKernels, vectors: FixedVectors) -> dict[str, 
 
 def tolerance(fixed: FixedKernels) -> int:
     """How far results may be from the rounded exact ones, in units of the last place."""
-    return math.floor(max(error for program in fixed.programs for error in program.errors) + 0.5)
+    return _accepted([program.errors for program in fixed.programs])
+
+
+def _accepted(errors: Sequence[Sequence[float]]) -> int:
+    return math.floor(max(error for program in errors for error in program) + 0.5)
 
 
 def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) -> FixedCheck:

@@ -10,10 +10,14 @@ from fractions import Fraction
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
+from kinegen.emit.fixed import Q30
+from kinegen.emit.fixed.kernel import FixedContext, fixed_context
+from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.functions import is_straight
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.packages.example import Example, example_of
+from kinegen.emit.packages.integers import fixed_example
 from kinegen.emit.packages.layout import Layout
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, subject
@@ -34,7 +38,7 @@ class Selftest:
         checks: C functions that return the largest difference, each with the macro of the largest accepted one.
         inverse: Whether an inverse is among what they check.
         real: Number type.
-        zero: Zero in that type.
+        zero: Zero in that type; empty for integers, which a self-test counts without a sign.
     """
 
     source: str
@@ -44,6 +48,11 @@ class Selftest:
     inverse: bool
     real: str
     zero: str
+
+    @property
+    def counts(self) -> bool:
+        """Whether differences are counted in units of the last place."""
+        return not self.zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +84,11 @@ class ProjectContext:
     json_name: str
     json_sentence: str
     length: str
+    units: str
     joints: tuple[str, ...]
     subject: str
-    kernels: tuple[KernelContext, ...]
+    kernels: tuple[KernelContext | FixedContext, ...]
+    choices: tuple[str, ...]
     searches: tuple[SolverContext, ...]
     headers: tuple[str, ...]
     sources: tuple[str, ...]
@@ -90,7 +101,9 @@ class ProjectContext:
     layout: Layout
 
 
-def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...], layout: Layout) -> ProjectContext:
+def project_context(
+    kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...], layout: Layout, fixed: FixedKernels | None = None
+) -> ProjectContext:
     """Everything the templates lay out.
 
     Args:
@@ -98,6 +111,7 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         vectors: Their test vectors.
         reals: Number types of the package.
         layout: Its folders.
+        fixed: The kernels in integers; None without them.
 
     Returns:
         The context.
@@ -105,7 +119,9 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
     robot = kernels.robot
     about = subject(program.quantity for program in kernels.programs)
     sentence = _sentence(robot, about)
-    contexts = tuple(kernel_context(kernels, real) for real in reals)
+    floats = tuple(kernel_context(kernels, real) for real in reals)
+    integers = (fixed_context(fixed),) if fixed else ()
+    contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
     searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
     return ProjectContext(
         name=robot.name,
@@ -118,16 +134,20 @@ def project_context(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...],
         json_name=json.dumps(robot.name),
         json_sentence=json.dumps(sentence, ensure_ascii=False),  # YAML knows no pairs of surrogates
         length=robot.units.length,
-        joints=joint_lines(robot),
+        units=_units(robot, reals, fixed),
+        joints=joint_lines(robot) if reals else contexts[0].joints,
         subject=about,
         kernels=contexts,
+        choices=tuple(each.nearest.name for each in floats if each.nearest),
         searches=searches,
         headers=(*(each.header for each in contexts), *(each.header for each in searches)),
         sources=(*(each.source for each in contexts), *(each.source for each in searches)),
         manuals=(*(_manual(kernels, context) for context in contexts), *map(_search_manual, searches)),
-        selftests=tuple(_selftest(kernels, vectors, real) for real in reals),
-        steps=_steps(kernels),
-        example=example_of(kernels, vectors, contexts[0].header, reals[0]),
+        selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
+        steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
+        example=fixed_example(fixed)
+        if fixed and not reals
+        else example_of(kernels, vectors, contexts[0].header, reals[0]),
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
         layout=layout,
@@ -143,15 +163,33 @@ def _steps(kernels: Kernels) -> str:
     return f"On a processor with an FPU for its numbers, {functions} the same instructions whatever it is given."
 
 
-def _manual(kernels: Kernels, context: KernelContext) -> Manual:
-    functions = tuple(
-        (function.prototype, brief(program.signature), operation_line(program))
-        for function, program in zip(context.functions, kernels.programs, strict=True)
+def _units(robot: Robot, reals: tuple[Real, ...], fixed: FixedKernels | None) -> str:
+    """The units of arguments and results."""
+    floats = f"Angles are in rad, lengths in {robot.units.length}."
+    if fixed is None:
+        return floats
+    integers = (
+        "angles in 1/2^32 turn, rotation entries in 1/2^30, lengths in "
+        f"1/2^{macro(prefix(robot.name, Q30), 'LENGTH_BITS')} {robot.units.length}"
     )
-    if context.nearest:
+    return (
+        f"{floats} Of the q30 functions every number is an int32_t: {integers}."
+        if reals
+        else f"Every number is an int32_t: {integers}."
+    )
+
+
+def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
+    prototypes = [function.prototype for function in context.functions]
+    functions = tuple(
+        (prototype, brief(program.signature), operation_line(program))
+        for prototype, program in zip(prototypes, kernels.programs, strict=True)
+    )
+    if isinstance(context, KernelContext) and context.nearest:
         what = f"The solution of {context.nearest.inverse} nearest to a joint vector."
         functions = (*functions, (context.nearest.prototype, what, "one inverse, and a choice among its solutions"))
-    return Manual(context.header, context.sincos.accuracy if context.sincos else "", functions)
+    accuracy = context.sincos.accuracy if isinstance(context, KernelContext) and context.sincos else ""
+    return Manual(context.header, accuracy, functions)
 
 
 def _search_manual(search: SolverContext) -> Manual:
@@ -187,4 +225,18 @@ def _selftest(kernels: Kernels, vectors: Vectors, real: Real) -> Selftest:
         inverse=branches_of(kernels) is not None,
         real=real.value,
         zero=real.literal(Fraction(0)),
+    )
+
+
+def _integer_test(robot: Robot) -> Selftest:
+    """The self-test of the kernels in integers."""
+    stem = prefix(robot.name, Q30)
+    return Selftest(
+        source=selftest_file(robot.name, Q30),
+        vectors=vectors_file(robot.name, Q30),
+        program=f"{stem}_selftest",
+        checks=((f"{stem}_selftest", macro(stem, "TOLERANCE")),),
+        inverse=False,
+        real="uint32_t",
+        zero="",
     )

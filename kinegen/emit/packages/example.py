@@ -45,6 +45,7 @@ class ExampleResult:
         first: The first of them.
         rows: Rows to print.
         columns: Numbers in each row.
+        scales: What a unit of the last place is in each column, where results are integers.
     """
 
     declaration: str
@@ -52,6 +53,7 @@ class ExampleResult:
     first: str
     rows: int
     columns: int
+    scales: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,11 +103,11 @@ def example_of(kernels: Kernels, vectors: Vectors, header: str, real: Real) -> E
     arguments += [array.name for array in computed(program)]
     name = function(kernels.robot.name, program.quantity.function, real)
     return Example(
-        what=_what(program, name),
+        what=what_of(program, name),
         header=header,
         real=real.value,
         inputs=tuple(_input(kernels, vectors, program, array, real) for array in given(program)),
-        results=tuple(_result(kernels, program, array) for array in computed(program)),
+        results=tuple(result_of(kernels, program, array) for array in computed(program)),
         extra=(),
         flag="",
         call=f"{name}({', '.join(arguments)})",
@@ -134,7 +136,8 @@ def _search(kernels: Kernels, vectors: Vectors, real: Real) -> Example:
     )
 
 
-def _what(program: Program, name: str) -> str:
+def what_of(program: Program, name: str) -> str:
+    """What an example prints that calls a kernel, in words."""
     if program.quantity not in USUAL:
         return f"results of {name}"
     frame = program.frames[0] if program.signature.results[0].per_frame else "tool"
@@ -144,7 +147,7 @@ def _what(program: Program, name: str) -> str:
 def _input(kernels: Kernels, vectors: Vectors, program: Program, array: Array, real: Real) -> ExampleInput:
     """Values away from zero, so that results show something; poses are such that arms reach them."""
     if array.name == "q":
-        lines = tuple(_joints(kernels.robot, _joint_vector(kernels.robot), real))
+        lines = tuple(_joints(kernels.robot, joint_vector(kernels.robot), real))
     elif program.quantity.kind is Kind.INVERSE:
         lines = tuple(_matrix(vectors.targets[0][0], real))
     else:
@@ -154,7 +157,8 @@ def _input(kernels: Kernels, vectors: Vectors, program: Program, array: Array, r
     return ExampleInput(declared(kernels, program, array), lines)
 
 
-def _result(kernels: Kernels, program: Program, array: Array) -> ExampleResult:
+def result_of(kernels: Kernels, program: Program, array: Array) -> ExampleResult:
+    """One result of a kernel, and how it is printed."""
     shape = array.shape[1:] if array.per_frame else array.shape
     return ExampleResult(
         declaration=declared(kernels, program, array),
@@ -165,8 +169,8 @@ def _result(kernels: Kernels, program: Program, array: Array) -> ExampleResult:
     )
 
 
-def _joint_vector(robot: Robot) -> Row:
-    """A joint vector within the limits."""
+def joint_vector(robot: Robot) -> Row:
+    """A joint vector within the limits, in radians and the file's length unit."""
     return tuple(Fraction(math.floor((3 * low + 5 * high) / 8 * 64), 64) for low, high in joint_box(robot))
 
 

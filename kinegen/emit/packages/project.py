@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.environment import environment
+from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.packages.context import project_context
 from kinegen.emit.packages.ecosystem import Ecosystem
@@ -15,7 +16,12 @@ from kinegen.errors import KinegenError
 
 
 def emit_project(
-    kernels: Kernels, vectors: Vectors, files: Mapping[str, str], reals: tuple[Real, ...], ecosystem: Ecosystem
+    kernels: Kernels,
+    vectors: Vectors,
+    files: Mapping[str, str],
+    reals: tuple[Real, ...],
+    ecosystem: Ecosystem,
+    fixed: FixedKernels | None = None,
 ) -> dict[str, str]:
     """Print a package.
 
@@ -25,6 +31,7 @@ def emit_project(
         files: The emitted C files by name, self-tests and vectors among them; they are taken as they are.
         reals: The number types of the package.
         ecosystem: Who takes it.
+        fixed: The kernels in integers that it has too, or alone if `reals` is empty; None without them.
 
     Returns:
         Text by path below the package folder, with forward slashes. The folder has to bear the robot's name.
@@ -36,7 +43,7 @@ def emit_project(
     if ecosystem is Ecosystem.ARDUINO and robot.lower().startswith("arduino"):
         raise KinegenError(f"robot name {robot!r} begins as only Arduino's own libraries may; give it another `name:`")
     layout = LAYOUTS[ecosystem]
-    context = project_context(kernels, vectors, reals, layout)
+    context = project_context(kernels, vectors, reals, layout, fixed)
     project = {
         path: environment().get_template(f"packages/{template}").render(p=context)
         for path, template in layout.rendered.items()

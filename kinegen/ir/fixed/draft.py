@@ -63,15 +63,33 @@ class Draft:
             return abs(local.operand.value)
         return math.ldexp(self.extents.extent(local.place).largest, local.bits)
 
-    def overflows(self) -> tuple[str, ...]:
-        """The values that are not shown to fit, and the products none of whose factors is small enough."""
-        found = [
+    def too_large(self) -> list[str]:
+        """The values that are not shown to fit an int32_t."""
+        return [
             str(getattr(local.operand, "name", local.operand)) for local in self.locals if self.largest(local) > LARGEST
         ]
+
+    def overflows(self) -> tuple[str, ...]:
+        """The values that are not shown to fit, and the products none of whose factors is small enough."""
+        found = self.too_large()
         for statement, operands in zip(self.statements, self.operands, strict=True):
             if statement.operation is Operation.MULTIPLY and not self._small(operands):
                 found.append(statement.name)
         return tuple(found)
+
+    def splits(self, settled: FixedProgram) -> bool:
+        """Whether products of 16-bit halves do not overflow, with the factors in the order of the finished program."""
+        pairs = zip(self.statements, settled.statements, self.operands, strict=True)
+        return all(
+            self.largest(operands[int(own.operands == final.operands)]) <= LARGEST_FACTOR
+            for own, final, operands in pairs
+            if own.operation is Operation.MULTIPLY
+        )
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """For each output the bound on its error, in units of its last place."""
+        return tuple(math.ldexp(self.extents.extent(local.place).error, local.bits) for local in self.outputs)
 
     def settled(self) -> FixedProgram:
         """The finished program: the second factor of each product is a small one."""
@@ -86,7 +104,7 @@ class Draft:
             statements=tuple(statements),
             outputs=tuple(local.operand for local in self.outputs),
             bits=tuple(local.bits for local in self.outputs),
-            errors=tuple(math.ldexp(self.extents.extent(local.place).error, local.bits) for local in self.outputs),
+            errors=self.errors,
         )
 
     def _small(self, operands: Sequence[Local]) -> list[Local]:

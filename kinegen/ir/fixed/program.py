@@ -44,6 +44,23 @@ class Operation(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Pair:
+    """How far sines and cosines are from the exact ones, in units of 2^-30.
+
+    Attributes:
+        each: Bound on the error of a sine or a cosine.
+        both: Bound on the length of the errors of both.
+    """
+
+    each: float
+    both: float
+
+
+EMITTED = Pair(SINE_ERROR, PAIR_ERROR)
+"""The pair that comes with the kernels."""
+
+
+@dataclass(frozen=True, slots=True)
 class Integer:
     """A literal; one that is an angle is unsigned."""
 

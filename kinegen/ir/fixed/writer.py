@@ -10,14 +10,14 @@ from kinegen.ir.fixed.draft import Draft, Local
 from kinegen.ir.fixed.extents import Extents
 from kinegen.ir.fixed.kinds import Kind, input_kind, output_kinds
 from kinegen.ir.fixed.program import (
+    EMITTED,
     LARGEST,
     LARGEST_FACTOR,
     NUMBER_BITS,
-    PAIR_ERROR,
-    SINE_ERROR,
     FixedStatement,
     Integer,
     Operation,
+    Pair,
     Scales,
 )
 from kinegen.ir.fixed.rounding import above, half_place, nearest_integer
@@ -29,7 +29,9 @@ from kinegen.robot.model import Robot
 _SHIFT = 30
 
 
-def write_statements(robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales) -> Draft:
+def write_statements(
+    robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales, pair: Pair = EMITTED
+) -> Draft:
     """Write one program in integers.
 
     Args:
@@ -37,6 +39,7 @@ def write_statements(robot: Robot, program: Program, kinds: Mapping[str, Kind], 
         program: One of its programs.
         kinds: The kind of each temporary.
         scales: The scales of lengths.
+        pair: How good sines and cosines are.
 
     Returns:
         The statements, not yet shown to be free of overflow.
@@ -44,15 +47,16 @@ def write_statements(robot: Robot, program: Program, kinds: Mapping[str, Kind], 
     Raises:
         KinegenError: If part of an angle is not clear.
     """
-    return _Writer(robot, program, kinds, scales).write()
+    return _Writer(robot, program, kinds, scales, pair).write()
 
 
 class _Writer:
-    def __init__(self, robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales) -> None:
+    def __init__(self, robot: Robot, program: Program, kinds: Mapping[str, Kind], scales: Scales, pair: Pair) -> None:
         self.robot = robot
         self.program = program
         self.kinds = kinds
         self.scales = scales
+        self.pair = pair
         self.turns = Turns(robot)
         self.statements: list[FixedStatement] = []
         self.operands: list[tuple[Local, ...]] = []
@@ -119,7 +123,7 @@ class _Writer:
             raise TypeError("the sine of a constant is a constant")
         self._emit(FixedStatement(statement.results, Operation.SINCOS, (angle,)))
         off = self.turns.error(angle)
-        errors = [math.ldexp(error, -NUMBER_BITS) + off for error in (SINE_ERROR, PAIR_ERROR)]
+        errors = [math.ldexp(error, -NUMBER_BITS) + off for error in (self.pair.each, self.pair.both)]
         for name in statement.results:
             if Temporary(name) in self.used:
                 self._define(name, Kind.NUMBER, NUMBER_BITS, Trigonometric(angle, *errors))
