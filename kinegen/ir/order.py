@@ -31,6 +31,10 @@ def shorten_lives(values: Values, numbers: Sequence[int]) -> list[int]:
     operands = {number: _operands(values, number) for number in numbers}
     uses = Counter(operand for each in operands.values() for operand in each)
     missing = {number: len(each & operands.keys()) for number, each in operands.items()}
+    users: dict[int, list[int]] = {}
+    for number in numbers:
+        for operand in operands[number] & operands.keys():
+            users.setdefault(operand, []).append(number)
     ready = [number for number in numbers if not missing[number]]
     order: list[int] = []
 
@@ -42,11 +46,10 @@ def shorten_lives(values: Values, numbers: Sequence[int]) -> list[int]:
         ready.remove(number)
         order.append(number)
         uses.subtract(operands[number])
-        for user in numbers:
-            if number in operands[user]:
-                missing[user] -= 1
-                if not missing[user]:
-                    ready.append(user)
+        for user in users.get(number, ()):
+            missing[user] -= 1
+            if not missing[user]:
+                ready.append(user)
     return order
 
 
