@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
 from kinegen.boards.emulator import HungError, run_program
 from kinegen.boards.figures import Calls, Cost
-from kinegen.boards.programs import build_program, write_measured, write_search
+from kinegen.boards.programs import Measured, build_program, compile_board, write_measured, write_search
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
 from kinegen.emit.fixed import Q30
@@ -22,6 +22,8 @@ from kinegen.outputs import NUMERIC_INVERSE
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
+
+_MAIN = SOURCES / "cost.c"
 
 
 def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
@@ -46,11 +48,12 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
     if real not in (*target.reals, Q30):
         raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
     find_cross_compiler(target)
-    costs = []
-    for program in (*kernels.programs, *([None] if kernels.numeric_inverse else [])):
-        for optimisation in OPTIMISATIONS:
+    costs: list[Cost] = []
+    with tempfile.TemporaryDirectory(prefix="kinegen-") as made:
+        bench = _Bench(kernels, real, target, Path(made))
+        for program in (*kernels.programs, *([None] if kernels.numeric_inverse else [])):
             with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
-                costs.append(_measure(kernels, program, real, target, optimisation, Path(folder)))
+                costs += bench.measure(program, Path(folder))
     return tuple(costs)
 
 
@@ -59,35 +62,61 @@ def better(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: (cost.calls.most if cost.calls else 0, cost.flash))
 
 
-def _measure(
-    kernels: Kernels, program: Program | None, real: str, target: Target, optimisation: str, folder: Path
-) -> Cost:
-    """The cost of one kernel; without a program, that of the numeric inverse."""
-    if program is None:
-        measured = write_search(folder, kernels, Real(real))
-    else:
-        measured = write_measured(folder, replace(kernels, programs=(program,)), real)
-    flags = (optimisation, f"-DREPEATS={measured.repeats}")
-    built = build_program(target, folder, measured.files, SOURCES / "cost.c", real, flags)
-    calls, deepest, missing = _run(target, built, measured.repeats)
-    own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
-    accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
-    compiler = find_cross_compiler(target)
-    return Cost(
-        target=target.name,
-        compiler=f"{compiler.command[0]} {compiler.version}",
-        quantity=program.quantity if program else NUMERIC_INVERSE,
-        real=real,
-        optimisation=optimisation,
-        function_flash=_symbol_size(target, own[-1], measured.name),
-        flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
-        # The search calls its functions one after the other, not each from within the one before.
-        stack=deepest if deepest and program is None else max(deepest, accounted),
-        calls=calls,
-        unit=target.unit,
-        operations=count(program) if program else None,
-        missing=missing,
-    )
+@dataclass(frozen=True, slots=True)
+class _Bench:
+    """Measures one kernel after the other; what their programs share is compiled once.
+
+    Attributes:
+        kernels: The robot and its programs.
+        real: The number type.
+        target: The processor.
+        folder: Where the shared objects are.
+    """
+
+    kernels: Kernels
+    real: str
+    target: Target
+    folder: Path
+    _boards: dict[tuple[str, ...], tuple[Path, ...]] = field(default_factory=dict)
+
+    def measure(self, program: Program | None, folder: Path) -> list[Cost]:
+        """The costs of one kernel at each level of optimisation; without a program, those of the numeric inverse."""
+        if program is None:
+            measured = write_search(folder, self.kernels, Real(self.real))
+        else:
+            measured = write_measured(folder, replace(self.kernels, programs=(program,)), self.real)
+        return [self._cost(program, measured, optimisation, folder) for optimisation in OPTIMISATIONS]
+
+    def _cost(self, program: Program | None, measured: Measured, optimisation: str, folder: Path) -> Cost:
+        target, flags = self.target, (optimisation, f"-DREPEATS={measured.repeats}")
+        built = build_program(target, folder, measured.files, _MAIN, self.real, flags, self._board(flags))
+        calls, deepest, missing = _run(target, built, measured.repeats)
+        own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
+        accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
+        compiler = find_cross_compiler(target)
+        return Cost(
+            target=target.name,
+            compiler=f"{compiler.command[0]} {compiler.version}",
+            quantity=program.quantity if program else NUMERIC_INVERSE,
+            real=self.real,
+            optimisation=optimisation,
+            function_flash=_symbol_size(target, own[-1], measured.name),
+            flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
+            # The search calls its functions one after the other, not each from within the one before.
+            stack=deepest if deepest and program is None else max(deepest, accounted),
+            calls=calls,
+            unit=target.unit,
+            operations=count(program) if program else None,
+            missing=missing,
+        )
+
+    def _board(self, flags: tuple[str, ...]) -> tuple[Path, ...]:
+        """The objects of everything but the kernels, compiled once for each set of flags."""
+        if flags not in self._boards:
+            folder = self.folder / str(len(self._boards))
+            folder.mkdir()
+            self._boards[flags] = compile_board(self.target, folder, _MAIN, self.real, flags)
+        return self._boards[flags]
 
 
 def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int, str]:

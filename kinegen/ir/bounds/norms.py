@@ -183,7 +183,9 @@ class Norms:
 
     def _matrix(self, *rows: Row) -> Matrix:
         """What is known of the matrix of some rows, worked out once for all that they may multiply."""
-        places = {operand: place for place, operand in enumerate(dict.fromkeys(o for row in rows for o in row.operands))}
+        places = {
+            operand: place for place, operand in enumerate(dict.fromkeys(o for row in rows for o in row.operands))
+        }
         shape = tuple(tuple((term.factor, term.sign, places[term.operand]) for term in row.terms) for row in rows)
         if (known := self._matrices.get((rows[0].angle, shape))) is None:
             known = self._matrices[rows[0].angle, shape] = matrix(rows, self.graph, self.singles, self.real)
@@ -241,4 +243,3 @@ class Norms:
             return ZERO
         reached = self.exact(values) + image.matrix.scale * self.error(image.operands) + before
         return min(absolute, self.real.unit * reached + len(values) * self.real.underflow)
-
