@@ -65,7 +65,7 @@ class _Clock:
 
     path: Path
     report: Callable[[Stage], None]
-    begin: Callable[[str], object]
+    begin: Callable[[str], object] = str
     stages: list[Stage] = field(default_factory=list)
 
     @contextmanager
