@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards test-languages test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
+.PHONY: help demo test test-boards test-languages test-long test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -46,6 +46,9 @@ test-languages: $(VENV)/.dev ## proves every output in JavaScript, which takes N
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
 	$(BIN)/python -m pytest tests/sabotage -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
+
+test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
+	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 

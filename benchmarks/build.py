@@ -24,6 +24,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 
+from benchmarks.rows import table
 from benchmarks.speed.machine import processor_name
 from kinegen import reference
 from kinegen.build import lower_file
@@ -45,6 +46,8 @@ ROOT = Path(__file__).resolve().parents[1]
 ROBOTS = ROOT / "robots"
 SIX_AND_SEVEN = ("puma560", "ur5", "tx60", "panda", "iiwa14")
 TWENTY_ONE = ("human_body",)
+
+SIX_OUTPUTS = "pose,frames,position,jacobian,twist,inverse"
 
 TURNS = 5
 """Short measurements are the middle of so many."""
@@ -122,6 +125,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for measure in (_symbolic, _builds, _starts):
             for row in measure(Path(folder)):
                 print(row, flush=True)
+        print("processor time of each stage, s")
+        for line in table():
+            print(line, flush=True)
         print(_exactness(names, Path(folder) / "cache"), flush=True)
     print(f"load {os.getloadavg()[0]:.2f} after")
     return 0
@@ -148,6 +154,11 @@ def _builds(folder: Path) -> Iterator[Row]:
     yield Row("kinegen build, PUMA 560, cold, with compile and proof", 8.0, first.seconds, "s", str(first))
     yield Row("  its memory and that of all compilers at once [peak]", 300.0, first.memory, "MB")
     before = _picture(folder / "puma560")
+    six = [*command, "--outputs", SIX_OUTPUTS]
+    six[six.index(str(folder))] = str(folder / "six")
+    (folder / "six-cache").mkdir()
+    outputs = _run(six, _environment() | {"XDG_CACHE_HOME": str(folder / "six-cache")})
+    yield Row("kinegen build, PUMA 560, six outputs, cold [processor]", 10.0, outputs.processor, "s")
     again = _middle(_run(command, environment) for _ in range(TURNS))
     touched = [name for name, state in _picture(folder / "puma560").items() if before.get(name) != state]
     detail = f"{again}, {len(touched)} files touched"

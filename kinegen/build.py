@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -52,18 +52,28 @@ from kinegen.verify.written import require_proven, require_written
 from kinegen.verify.wrong_unit import wrong_unit
 from kinegen.write import refuse_link, write_files
 
+_WORK = {
+    "emit": "emit C and Python, with test vectors and proven errors",
+    "compile": "compile the kernels",
+    "prove": "prove every output in every way to call it",
+    "measure": f"measure every output on {USUAL_TARGET}",
+}
+"""What is being done in stages that can take long, in words."""
+
 
 @dataclass(slots=True)
 class _Clock:
-    """Times the stages and reports each as it ends."""
+    """Times the stages, says what begins, and reports each stage as it ends."""
 
     path: Path
     report: Callable[[Stage], None]
+    begin: Callable[[str], object] = str
     stages: list[Stage] = field(default_factory=list)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[list[str]]:
         detail: list[str] = []
+        self.begin(_WORK.get(name, name))
         begin = time.perf_counter()
         try:
             yield detail
@@ -79,14 +89,26 @@ class _Clock:
         self.stages.append(Stage(name, time.perf_counter() - begin, ", ".join(detail)))
         self.report(self.stages[-1])
 
+    def each(self, verb: str, quantities: Sequence[Quantity]) -> Iterator[Quantity]:
+        """The quantities, each said with its number before its turn comes."""
+        for place, quantity in enumerate(quantities, start=1):
+            self.begin(f"{verb} {quantity} ({place} of {len(quantities)})")
+            yield quantity
 
-def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) -> BuildResult:
+
+def build(
+    path: Path,
+    options: BuildOptions,
+    report: Callable[[Stage], None],
+    begin: Callable[[str], object] = str,
+) -> BuildResult:
     """Build the package of one robot.
 
     Args:
         path: The robot file.
         options: What to make.
         report: Called after each stage.
+        begin: Called with a few words before each stage, and before each output in stages that take them one by one.
 
     Returns:
         What was done; the proof holds.
@@ -96,7 +118,7 @@ def build(path: Path, options: BuildOptions, report: Callable[[Stage], None]) ->
             output folder is then as it was.
     """
     refuse_link(options.output)
-    clock = _Clock(path, report)
+    clock = _Clock(path, report, begin)
     kernels, plain = _programs(path, options, clock)
     robot, programs = kernels.robot, kernels.programs
     with clock.stage("emit") as detail:
@@ -167,11 +189,14 @@ def _programs(path: Path, options: BuildOptions, clock: _Clock) -> tuple[Kernels
         robot = _load(path, options)
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     with clock.stage("derive") as detail:
-        expressions = [derive(robot, quantity) for quantity in with_needed(options.quantities)]
+        quantities = with_needed(options.quantities)
+        expressions = [derive(robot, quantity) for quantity in clock.each("derive", quantities)]
+        clock.begin("derive the plain product of link matrices, for comparison")
         plain = derive_plain(robot)
         detail.append(", ".join(map(str, options.quantities)))
     with clock.stage("lower") as detail:
-        programs, plain_count = tuple(lower(each) for each in expressions), count(lower(plain))
+        works = zip(expressions, clock.each("lower", quantities), strict=True)
+        programs, plain_count = tuple(lower(each) for each, _ in works), count(lower(plain))
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
         return Kernels(robot, programs, runtime_defaults(robot), NUMERIC_INVERSE in options.quantities), plain_count
 

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
 from kinegen.boards.emulator import HungError, run_program
 from kinegen.boards.figures import Calls, Cost
-from kinegen.boards.programs import Measured, build_program, write_measured, write_nearest, write_search
+from kinegen.boards.programs import (
+    Measured,
+    build_program,
+    compile_board,
+    write_measured,
+    write_nearest,
+    write_search,
+)
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
 from kinegen.emit.fixed import Q30
@@ -24,6 +31,8 @@ from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
 
 OPTIMISATIONS = ("-Os", "-O2")
 """The levels that are tried; firmware is seldom built with others."""
+
+_MAIN = SOURCES / "cost.c"
 
 
 def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
@@ -49,11 +58,12 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
     if real not in (*target.reals, Q30):
         raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
     find_cross_compiler(target)
-    costs = []
-    for subject in _subjects(kernels, real):
-        for optimisation in OPTIMISATIONS:
+    costs: list[Cost] = []
+    with tempfile.TemporaryDirectory(prefix="kinegen-") as made:
+        bench = _Bench(real, target, Path(made))
+        for subject in _subjects(kernels, real):
             with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
-                costs.append(_measure(subject, real, target, optimisation, Path(folder)))
+                costs += bench.measure(subject, Path(folder))
     return tuple(costs)
 
 
@@ -89,30 +99,57 @@ def better(costs: Sequence[Cost]) -> Cost:
     return min(costs, key=lambda cost: (cost.calls.most if cost.calls else 0, cost.flash))
 
 
-def _measure(subject: _Subject, real: str, target: Target, optimisation: str, folder: Path) -> Cost:
-    program, measured = subject.program, subject.write(folder)
-    flags = (optimisation, f"-DREPEATS={measured.repeats}")
-    built = build_program(target, folder, measured.files, SOURCES / "cost.c", real, flags)
-    calls, deepest, missing = _run(target, built, measured.repeats)
-    own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
-    accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
-    compiler = find_cross_compiler(target)
-    return Cost(
-        target=target.name,
-        compiler=f"{compiler.command[0]} {compiler.version}",
-        quantity=subject.quantity,
-        real=real,
-        optimisation=optimisation,
-        function_flash=_symbol_size(target, own[-1], measured.name),
-        flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
-        # The search and the choice call their functions one after the other, not each from within the one before.
-        stack=deepest if deepest and program is None else max(deepest, accounted),
-        calls=calls,
-        unit=target.unit,
-        operations=count(program) if program else None,
-        missing=missing,
-        part=subject.part,
-    )
+@dataclass(frozen=True, slots=True)
+class _Bench:
+    """Measures one subject after the other; what their programs share is compiled once.
+
+    Attributes:
+        real: The number type.
+        target: The processor.
+        folder: Where the shared objects are.
+    """
+
+    real: str
+    target: Target
+    folder: Path
+    _boards: dict[tuple[str, ...], tuple[Path, ...]] = field(default_factory=dict)
+
+    def measure(self, subject: _Subject, folder: Path) -> list[Cost]:
+        """The costs of one subject at each level of optimisation."""
+        measured = subject.write(folder)
+        return [self._cost(subject, measured, optimisation, folder) for optimisation in OPTIMISATIONS]
+
+    def _cost(self, subject: _Subject, measured: Measured, optimisation: str, folder: Path) -> Cost:
+        target, flags = self.target, (optimisation, f"-DREPEATS={measured.repeats}")
+        built = build_program(target, folder, measured.files, _MAIN, self.real, flags, self._board(flags))
+        calls, deepest, missing = _run(target, built, measured.repeats)
+        own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
+        accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
+        compiler, program = find_cross_compiler(target), subject.program
+        return Cost(
+            target=target.name,
+            compiler=f"{compiler.command[0]} {compiler.version}",
+            quantity=subject.quantity,
+            real=self.real,
+            optimisation=optimisation,
+            function_flash=_symbol_size(target, own[-1], measured.name),
+            flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
+            # The search and the choice call their functions one after the other, not each from within the one before.
+            stack=deepest if deepest and program is None else max(deepest, accounted),
+            calls=calls,
+            unit=target.unit,
+            operations=count(program) if program else None,
+            missing=missing,
+            part=subject.part,
+        )
+
+    def _board(self, flags: tuple[str, ...]) -> tuple[Path, ...]:
+        """The objects of everything but the kernels, compiled once for each set of flags."""
+        if flags not in self._boards:
+            folder = self.folder / str(len(self._boards))
+            folder.mkdir()
+            self._boards[flags] = compile_board(self.target, folder, _MAIN, self.real, flags)
+        return self._boards[flags]
 
 
 def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int, str]:

@@ -205,8 +205,31 @@ def _examples(rows: Sequence[Sequence[float]], real: str) -> tuple[str, ...]:
     return tuple(", ".join(Real(real).literal(Fraction(number)) for number in row) for row in rows)
 
 
+def compile_board(target: Target, folder: Path, main: Path, real: str, flags: Sequence[str]) -> tuple[Path, ...]:
+    """Compile what a program for a board has besides its kernels.
+
+    Args:
+        target: The processor.
+        folder: Where the objects are written.
+        main: The file with the main function.
+        real: The number type, a `Real` or `Q30`.
+        flags: Optimisation.
+
+    Returns:
+        The objects, which suit every program with these flags.
+    """
+    files = (main, *(SOURCES / name for name in target.toolchain.sources))
+    return tuple(compile_object(target, folder, file, (*flags, *_numbers(real))) for file in files)
+
+
 def build_program(
-    target: Target, folder: Path, files: Sequence[Path], main: Path, real: str, flags: Sequence[str]
+    target: Target,
+    folder: Path,
+    files: Sequence[Path],
+    main: Path,
+    real: str,
+    flags: Sequence[str],
+    board: Sequence[Path] | None = None,
 ) -> Path:
     """Compile and link a program for a board.
 
@@ -217,14 +240,18 @@ def build_program(
         main: The file with the main function.
         real: The number type, a `Real` or `Q30`.
         flags: Optimisation.
+        board: What `compile_board` gave for the same main file and flags; it is compiled here if left out.
 
     Returns:
         The program.
     """
-    own = (main, *(SOURCES / name for name in target.toolchain.sources))
-    numbers = ("-DREAL=int32_t", "-DINTEGERS") if real == Q30 else (f"-DREAL={real}",)
-    objects = [compile_object(target, folder, file, (*flags, *numbers)) for file in (*files, *own)]
-    return link(target, folder, objects, f"{main.stem}.elf")
+    objects = [compile_object(target, folder, file, (*flags, *_numbers(real))) for file in files]
+    board = compile_board(target, folder, main, real, flags) if board is None else board
+    return link(target, folder, [*objects, *board], f"{main.stem}.elf")
+
+
+def _numbers(real: str) -> tuple[str, ...]:
+    return ("-DREAL=int32_t", "-DINTEGERS") if real == Q30 else (f"-DREAL={real}",)
 
 
 def printed(kernels: Kernels, real: str) -> Printed:

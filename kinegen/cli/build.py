@@ -11,7 +11,7 @@ import click
 from kinegen import __version__
 from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
-from kinegen.cli.terminal import complain, say, strong
+from kinegen.cli.terminal import Passing, complain, say, strong
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, shown
 from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
@@ -203,10 +203,17 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
     from kinegen.cli.report import report_lines, stage_line
     from kinegen.unchanged import key_of, recall, remember
 
+    passing = Passing(wanted=not quiet)
+
     def report(stage: Stage) -> None:
+        passing.clear()
         raise_if_pressed()
         if not quiet:
             say(stage_line(stage))
+
+    def begin(work: str) -> None:
+        raise_if_pressed()
+        passing.show(work)
 
     if not quiet:
         say(strong(shown(file)))
@@ -215,7 +222,10 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
     if result is None:
         from kinegen.build import build
 
-        result = build(file, options, report)
+        try:
+            result = build(file, options, report, begin)
+        finally:
+            passing.clear()
         remember(key, result)
     else:
         report(result.stages[0])

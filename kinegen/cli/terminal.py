@@ -47,6 +47,36 @@ def _has_colours(stream: TextIO) -> bool:
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
+class Passing:
+    """A line that says what is being done, and is gone when that is done; where no person looks on, nothing.
+
+    Args:
+        wanted: Whether there is anything to say at all.
+    """
+
+    def __init__(self, *, wanted: bool = True) -> None:
+        seen = sys.stdout.isatty() and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+        self._shows = wanted and seen
+        self._is_there = False
+
+    def show(self, text: str) -> None:
+        """Put a line in place of the last one."""
+        if self._shows:
+            self._write(f"\r\x1b[K  {shown(text)[: width() - 3]}")
+            self._is_there = True
+
+    def clear(self) -> None:
+        """Remove the line, before anything else is printed."""
+        if self._is_there:
+            self._write("\r\x1b[K")
+            self._is_there = False
+
+    def _write(self, text: str) -> None:
+        with suppress(OSError, ValueError):
+            sys.stderr.write(text)
+            sys.stderr.flush()
+
+
 def strong(text: str) -> str:
     """A heading."""
     return click.style(text, bold=True)

@@ -6,8 +6,8 @@ registers likes, and that follows from the operations alone.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
+from heapq import heapify, heappop, heappush
 
 from kinegen.ir.values import Node, Values
 
@@ -29,25 +29,37 @@ def shorten_lives(values: Values, numbers: Sequence[int]) -> list[int]:
         The same numbers.
     """
     operands = {number: _operands(values, number) for number in numbers}
-    uses = Counter(operand for each in operands.values() for operand in each)
+    users: dict[int, list[int]] = {}
+    for number, each in operands.items():
+        for operand in each:
+            users.setdefault(operand, []).append(number)
+    uses = {operand: len(each) for operand, each in users.items()}
     missing = {number: len(each & operands.keys()) for number, each in operands.items()}
-    ready = [number for number in numbers if not missing[number]]
-    order: list[int] = []
 
     def left_waiting(number: int) -> int:
-        return bool(uses[number]) - sum(uses[operand] == 1 for operand in operands[number])
+        return (number in uses) - sum(uses[operand] == 1 for operand in operands[number])
 
+    # An entry whose number was placed, or leaves fewer waiting than it says, is passed over.
+    ready = [(left_waiting(number), number) for number in numbers if not missing[number]]
+    heapify(ready)
+    order: dict[int, None] = {}
     while ready:
-        number = min(ready, key=lambda candidate: (left_waiting(candidate), candidate))
-        ready.remove(number)
-        order.append(number)
-        uses.subtract(operands[number])
-        for user in numbers:
-            if number in operands[user]:
-                missing[user] -= 1
-                if not missing[user]:
-                    ready.append(user)
-    return order
+        waiting, number = heappop(ready)
+        if number in order or waiting != left_waiting(number):
+            continue
+        order[number] = None
+        changed = []
+        for operand in operands[number]:
+            uses[operand] -= 1
+            if uses[operand] == 1:
+                changed += [user for user in users[operand] if user not in order and not missing[user]]
+        for user in users.get(number, ()):
+            missing[user] -= 1
+            if not missing[user]:
+                changed.append(user)
+        for user in changed:
+            heappush(ready, (left_waiting(user), user))
+    return list(order)
 
 
 def _operands(values: Values, number: int) -> frozenset[int]:

@@ -56,7 +56,7 @@ class Kinematics:
         self.q = self._rows(q)
         self._places: dict[str, Numbers] = {}
         self._by_order: dict[int, dict[str, Series]] = {}
-        self._latest: tuple[Any, Any, dict[str, Series]] = (None, None, {})
+        self._latest: tuple[Any, Any, int, dict[str, Series]] = (None, None, 0, {})
 
     def pose(self, frame: str) -> Numbers:
         """Pose `base_T_frame`, shape (N, 4, 4)."""
@@ -82,12 +82,12 @@ class Kinematics:
     def twist(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """Velocity, shape (N, 6), at joint rates (N, dof)."""
         with mpmath.workdps(DIGITS):
-            return self._read(self._velocity(self._in_time(qd, None)[frame], 0, reference), ())
+            return self._read(self._velocity(self._in_time(qd, None, 1)[frame], 0, reference), ())
 
     def acceleration(self, frame: str, qd: ArrayLike, qdd: ArrayLike | None, reference: Reference = TIP) -> Numbers:
         """Time derivative of the twist, shape (N, 6), at joint rates and accelerations (N, dof); None for zeros."""
         with mpmath.workdps(DIGITS):
-            return self._read(self._velocity(self._in_time(qd, qdd)[frame], 0, reference), (0,))
+            return self._read(self._velocity(self._in_time(qd, qdd, 2)[frame], 0, reference), (0,))
 
     def bias_acceleration(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """The same without accelerations of the joints, which is the derivative of the Jacobian times the rates."""
@@ -117,15 +117,16 @@ class Kinematics:
             self._by_order[order] = self._chain(q, {}, order)
         return self._by_order[order]
 
-    def _in_time(self, qd: ArrayLike, qdd: ArrayLike | None) -> dict[str, Series]:
+    def _in_time(self, qd: ArrayLike, qdd: ArrayLike | None, order: int) -> dict[str, Series]:
         """All poses in a small time, with q(t) = q + t qd + t^2/2 qdd; remembered while the rates are the same."""
-        if self._latest[0] is not qd or self._latest[1] is not qdd:
+        if self._latest[0] is not qd or self._latest[1] is not qdd or self._latest[2] < order:
             rates = self._rows(qd)
             more = 0 * rates if qdd is None else self._rows(qdd) / 2
             motions = zip(self.q.T, rates.T, more.T, strict=True)
-            q = [Series({(): at, (0,): rate, (0, 0): further}, 2) for at, rate, further in motions]
-            self._latest = (qd, qdd, self._chain(q, {}, 2))
-        return self._latest[2]
+            parts = ({(): at, (0,): rate, (0, 0): further} for at, rate, further in motions)
+            kept = [{monomial: part for monomial, part in each.items() if len(monomial) <= order} for each in parts]
+            self._latest = (qd, qdd, order, self._chain([Series(each, order) for each in kept], {}, order))
+        return self._latest[3]
 
     def _by_parameters(self, names: tuple[str, ...]) -> dict[str, Series]:
         """All poses in small changes of parameters."""

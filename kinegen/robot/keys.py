@@ -8,7 +8,7 @@ from __future__ import annotations
 from kinegen.robot.model import Convention, Dimension, JointType
 
 VERSION = "1"
-MAX_ROWS = 64
+MAX_ROWS = 256
 MAX_PARAMETERS = 200
 MAX_FRAMES = 200
 MAX_STEPS = 64

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from kinegen.outputs import Signature
-from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.fold import Vector, rotate
+from kinegen.symbolic.transforms import Turn
 
 IN_SINGLE = sp.Dummy("in_single", nonnegative=True)
 """0 in double precision and 1 in single precision; what is made of it and of numbers becomes a constant."""
@@ -43,15 +44,19 @@ class Tape:
 
     def name(self, expression: sp.Expr) -> sp.Expr:
         """Give an expression a name, unless it is a number, a symbol, a sine or a cosine (or minus one)."""
+        if is_atom(expression):
+            return expression
         negative = expression.could_extract_minus_sign()
         core = -expression if negative else expression
-        if _is_positive_atom(core):
-            return expression
         return -self._define(core) if negative else self._define(core)
 
     def vector(self, vector: Vector) -> Vector:
         """Name the three entries of a vector."""
         return self.name(vector[0]), self.name(vector[1]), self.name(vector[2])
+
+    def turned(self, turn: Turn, vector: Vector) -> Vector:
+        """Name the entries of a vector that is turned about a coordinate axis."""
+        return self.vector(rotate(turn.axis, turn.angle, vector))
 
     def _define(self, expression: sp.Expr) -> sp.Symbol:
         if expression not in self._named:
@@ -73,7 +78,13 @@ def number_of(expression: sp.Expr, *, single: bool) -> float:
 
 def is_atom(expression: sp.Expr) -> bool:
     """Whether an expression costs nothing: a number, a symbol, a sine or a cosine, or minus one of these."""
-    return _is_positive_atom(-expression if expression.could_extract_minus_sign() else expression)
+    # Asking sympy whether a sum has a minus sign in front takes long, and a sum is never an atom.
+    return _is_positive_atom(expression) or bool(
+        expression.is_Mul
+        and len(expression.args) == 2
+        and expression.args[0] is sp.S.NegativeOne
+        and _is_positive_atom(expression.args[1])
+    )
 
 
 def _is_positive_atom(core: sp.Expr) -> bool:

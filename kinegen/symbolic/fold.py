@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import sympy as sp
 
@@ -72,9 +73,15 @@ class Trail:
     attitude: Attitude
 
 
+@lru_cache(maxsize=1024)
+def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """The cosine and the sine of an angle; sympy looks for special values each time, which takes a millisecond."""
+    return sp.cos(angle), sp.sin(angle)
+
+
 def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     """Turn a vector about a coordinate axis."""
-    cosine, sine = sp.cos(angle), sp.sin(angle)
+    cosine, sine = cosine_sine(angle)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turned = list(vector)
     turned[i] = cosine * vector[i] - sine * vector[j]

@@ -10,7 +10,7 @@ from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.expressions import Definition, Expressions, Tape
-from kinegen.symbolic.fold import NULL, Leg, Vector, total, trace
+from kinegen.symbolic.fold import NULL, Leg, Vector, cosine_sine, total, trace
 from kinegen.symbolic.signatures import joint_array, joint_symbols, parameter_symbols, pose_array, signature
 from kinegen.symbolic.transforms import Turn, Values, symbols
 
@@ -49,7 +49,7 @@ class _Outwards:
 
 def _turn_row(turn: Turn, row: Vector) -> Vector:
     """A row of a rotation, multiplied on the right by one more turn."""
-    cosine, sine = sp.cos(turn.angle), sp.sin(turn.angle)
+    cosine, sine = cosine_sine(turn.angle)
     i, j = (turn.axis + 1) % 3, (turn.axis + 2) % 3
     turned = list(row)
     turned[i] = cosine * row[i] + sine * row[j]

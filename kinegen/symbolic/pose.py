@@ -8,7 +8,7 @@ are counted and the cheapest is kept.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
@@ -26,7 +26,7 @@ from kinegen.symbolic.signatures import (
     pose_array,
     signature,
 )
-from kinegen.symbolic.transforms import Elementary, symbols
+from kinegen.symbolic.transforms import Elementary, Turn, symbols
 
 UNITS: tuple[Vector, Vector, Vector] = (
     (sp.S.One, sp.S.Zero, sp.S.Zero),
@@ -95,8 +95,9 @@ def _forward(robot: Robot) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]
 def cheapest_plan(folded: Folded) -> Plan:
     """Count the candidates and keep the cheapest; the first of equals wins."""
     plans = [Plan(carried) for carried in ((0, 1, 2), (0, 1), (0, 2), (1, 2))]
-    best = min(plans, key=lambda plan: _plan_cost(folded, plan))
-    return min((best, *_attachments(folded, best)), key=lambda plan: _plan_cost(folded, plan))
+    tape = _Trials()
+    best = min(plans, key=lambda plan: _plan_cost(folded, plan, tape))
+    return min((best, *_attachments(folded, best)), key=lambda plan: _plan_cost(folded, plan, tape))
 
 
 def _attachments(folded: Folded, plan: Plan) -> Iterator[Plan]:
@@ -109,8 +110,21 @@ def _attachments(folded: Folded, plan: Plan) -> Iterator[Plan]:
             yield from (Plan(plan.carried, level) for level in range(max(1, last - _NEAR_THE_TIP), last + 1))
 
 
-def _plan_cost(folded: Folded, plan: Plan) -> int:
-    tape = Tape()
+@dataclass(slots=True)
+class _Trials(Tape):
+    """A tape that all plans share, so that a column which several of them carry is turned once."""
+
+    _turned: dict[tuple[Turn, Vector], Vector] = field(default_factory=dict)
+
+    def turned(self, turn: Turn, vector: Vector) -> Vector:
+        """A vector turned by one turn, named."""
+        key = (turn, vector)
+        if key not in self._turned:
+            self._turned[key] = Tape.turned(self, turn, vector)
+        return self._turned[key]
+
+
+def _plan_cost(folded: Folded, plan: Plan, tape: Tape) -> int:
     columns, position = evaluate(folded, plan, tape)
     return cost(tuple(tape.definitions), tuple(pose_entries(columns, position, folded.attitude)))
 
@@ -130,8 +144,8 @@ def evaluate(folded: Folded, plan: Plan, tape: Tape) -> tuple[tuple[Vector, Vect
     position = folded.shifts[-1] if plan.attach is None else NULL
     for level in reversed(range(len(folded.turns))):
         turn = folded.turns[level]
-        columns = {axis: tape.vector(rotate(turn.axis, turn.angle, column)) for axis, column in columns.items()}
-        position = tape.vector(rotate(turn.axis, turn.angle, position))
+        columns = {axis: tape.turned(turn, column) for axis, column in columns.items()}
+        position = tape.turned(turn, position)
         if plan.attach == level:
             if level == 0:
                 columns = _completed(columns, tape)

@@ -181,6 +181,8 @@ class Route:
     def positions(self) -> Iterator[Vector]:
         """The end of the chain as seen from the start: turned back from some level, and from there by columns."""
         if self.is_long:
+            for level in reversed(range(len(self.marked.turns) + 1)):
+                self.reach((level, 0))  # in this order none waits for many others
             yield self.reach((0, 0))
             return
         yield self.lever((0, 0))

@@ -143,7 +143,7 @@ MADE = {
     "many lines": (b"\n" * 250_000, "made.yaml: the file is empty (a robot file begins with 'kinegen: 1')"),
     "many rows": (
         GOOD.encode() + b"  - {name: j}\n" * 2_000,
-        "made.yaml:6: joints: 2001 rows are too many (at most 64)",
+        "made.yaml:6: joints: 2001 rows are too many (at most 256)",
     ),
     "many parameters": (
         GOOD.encode() + b"parameters:\n" + b"".join(b"  p%d: 1\n" % i for i in range(201)),

@@ -328,7 +328,7 @@ def test_how_kernels_are_compiled(
 ) -> None:
     asked: list[Flags] = []
 
-    def refuse(_path: Path, options: BuildOptions, _report: object) -> BuildResult:
+    def refuse(_path: Path, options: BuildOptions, *_: object) -> BuildResult:
         asked.append(options.flags)
         raise CompileError("not now")
 

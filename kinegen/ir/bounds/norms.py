@@ -28,8 +28,18 @@ from kinegen.ir.program import Operator
 
 Group = tuple[int, ...]
 
+_Shape = tuple[int | None, tuple[tuple[tuple[int, int, int], ...], ...]]
+"""An angle, and for each row its factors with their signs and the places of the operands."""
+
 _LARGEST_GROUP = 3
 """Vectors have three entries; larger groups would cost more than they ever gain."""
+
+_FAR = 800
+"""Values with so many others between them are bounded each by itself: what they share is far behind, and all pairs of a
+long chain would be as many as the square of its length."""
+
+_DEEP = 120
+"""So many groups are looked at for the sake of one; beyond that, too, each value is bounded by itself."""
 
 _SUMS = (Operator.ADD, Operator.SUB)
 
@@ -90,6 +100,8 @@ class Norms:
     singles: list[Single] = field(default_factory=list)
     _exact: dict[Group, Decimal] = field(default_factory=dict)
     _error: dict[Group, Decimal] = field(default_factory=dict)
+    _matrices: dict[_Shape, Matrix] = field(default_factory=dict)
+    _depth: int = 0
 
     def exact(self, group: Group) -> Decimal:
         """Bound of the 2-norm of the exact values of a group."""
@@ -97,7 +109,9 @@ class Norms:
             return self.singles[group[0]].exact if group else ZERO
         group = tuple(sorted(group))
         if group not in self._exact:
-            self._exact[group] = min(self._exact_bounds(group))
+            self._depth += 1
+            self._exact[group] = min(self._exact_bounds(group)) if self._is_near(group) else self._apart_exact(group)
+            self._depth -= 1
         return self._exact[group]
 
     def error(self, group: Group) -> Decimal:
@@ -106,7 +120,9 @@ class Norms:
         if len(group) < 2:
             return self.singles[group[0]].error if group else ZERO
         if group not in self._error:
-            self._error[group] = min(self._error_bounds(group))
+            self._depth += 1
+            self._error[group] = min(self._error_bounds(group)) if self._is_near(group) else self._apart_error(group)
+            self._depth -= 1
         return self._error[group]
 
     def computed(self, group: Group) -> Decimal:
@@ -115,8 +131,18 @@ class Norms:
 
     # Rules for groups -------------------------------------------------------------------------------------------------
 
+    def _is_near(self, group: Group) -> bool:
+        """Whether it is worth looking at what the values of a group share."""
+        return group[-1] - group[0] <= _FAR and self._depth <= _DEEP
+
+    def _apart_exact(self, group: Group) -> Decimal:
+        return norm(self.singles[group[-1]].exact, self.exact(group[:-1]))
+
+    def _apart_error(self, group: Group) -> Decimal:
+        return norm(self.singles[group[-1]].error, self.error(group[:-1]))
+
     def _exact_bounds(self, group: Group) -> Iterator[Decimal]:
-        yield norm(self.singles[group[-1]].exact, self.exact(group[:-1]))
+        yield self._apart_exact(group)
         for image in self.images(group):
             yield image.scale * self.exact(image.operands + image.rest)
         for kept, added, _ in self._splits(group):
@@ -125,7 +151,7 @@ class Norms:
             yield self.singles[factor].exact * self.exact(others)
 
     def _error_bounds(self, group: Group) -> Iterator[Decimal]:
-        yield norm(self.singles[group[-1]].error, self.error(group[:-1]))
+        yield self._apart_error(group)
         for image in self.images(group):
             local = self.before_rounding(image)
             local += self._last_roundings(image, local)
@@ -156,7 +182,14 @@ class Norms:
                 yield Image((row,), self._matrix(row), row.operands, rest)
 
     def _matrix(self, *rows: Row) -> Matrix:
-        return matrix(rows, self.graph, self.singles, self.real)
+        """What is known of the matrix of some rows, worked out once for all that they may multiply."""
+        places = {
+            operand: place for place, operand in enumerate(dict.fromkeys(o for row in rows for o in row.operands))
+        }
+        shape = tuple(tuple((term.factor, term.sign, places[term.operand]) for term in row.terms) for row in rows)
+        if (known := self._matrices.get((rows[0].angle, shape))) is None:
+            known = self._matrices[rows[0].angle, shape] = matrix(rows, self.graph, self.singles, self.real)
+        return known
 
     def _splits(self, group: Group) -> Iterator[tuple[Group, Group, Group]]:
         """The ways to split sums that are no rows: what is kept, what is added to it, and the sums."""

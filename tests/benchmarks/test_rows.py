@@ -1,0 +1,29 @@
+"""The table of build times against the number of rows."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.rows import SIZES, arm, stage_times, table
+from kinegen.robot.load import loads
+
+
+@pytest.mark.parametrize("rows", SIZES)
+def test_the_arms_load_and_have_so_many_joints(rows: int) -> None:
+    robot = loads(arm(rows), "made.yaml")
+
+    assert robot.dof == rows
+
+
+def test_every_stage_has_its_processor_time() -> None:
+    times = stage_times(2, "position")
+
+    assert {"load", "derive", "lower", "emit", "prove", "write", "all"} <= set(times)
+    assert sum(seconds for name, seconds in times.items() if name != "all") <= times["all"]
+
+
+def test_the_table_has_a_line_for_each_size() -> None:
+    lines = list(table("position", (1, 2)))
+
+    assert [line.split()[0] for line in lines[1:]] == ["1", "2"]
+    assert len(lines[1].split()) == len(lines[0].split()) - 1
