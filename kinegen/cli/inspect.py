@@ -23,8 +23,8 @@ _INDENT = "  "
 def command(context: click.Context, files: tuple[str, ...]) -> int:
     """Names the family of each robot's closed-form inverse, its branches in their order, and its constants.
 
-    The axes of the joints decide, not the convention of the table. Where there is no family, the conditions that fail
-    are listed.
+    The family depends on the axes of the joints, not on the convention of the table. If an arm has no family, the
+    conditions that fail are listed.
     """
     failed = 0
     for file in files:

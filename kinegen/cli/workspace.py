@@ -63,16 +63,16 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     default=f"{DEFAULT_SAMPLES:.0e}".replace("+0", ""),
     show_default=True,
     callback=_whole,
-    help="Joint vectors to try.",
+    help="Number of joint vectors to try.",
 )
 @click.option(
     "--voxel",
     metavar="LENGTH",
     type=float,
     callback=_length,
-    help="Edge of a voxel, in the unit of the file; by default one that the samples fill.",
+    help="Edge of a voxel, in the unit of the file; by default a size that the samples can fill.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other samples.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random samples.")
 @click.option("--tip", metavar="NAME", help="A tip of a tree, a link, a named frame, or wrist_centre.")
 @click.option("--limits-from", metavar="FILE", type=click.Path(), help="Another robot file to take joint limits from.")
 @click.option("--slices", metavar="FILE", type=click.Path(path_type=Path), help="Draw slices: .png or .svg.")
@@ -82,7 +82,7 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     metavar="AXIS=VALUE",
     multiple=True,
     callback=_planes,
-    help="A plane for --slices, such as y=0, in the unit of the file; may be given again.",
+    help="A plane for --slices, such as y=0, in the unit of the file. May be repeated.",
 )
 @click.option("--cloud", metavar="FILE", type=click.Path(path_type=Path), help="Write points: .npz or .parquet.")
 @click.option(
@@ -90,7 +90,7 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     type=click.IntRange(min=0, max=1024),
     default=0,
     show_default=True,
-    help="Threads; 0 for one on each processor.",
+    help="Number of threads; 0 means one for each processor.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(
@@ -178,7 +178,7 @@ def _no_dexterity(turning: Turning, workspace: Workspace) -> str:
         return "none, since the arm cannot turn the tip every way"
     ways = "about one line" if turning.freedom == 1 else "every way"
     if not turning.free:
-        return f"none, since the tip cannot turn {ways} while it stands still"
+        return f"none, since the tip cannot turn {ways} while it stays in place"
     return "" if workspace.tally is not None and workspace.shape.fills else "not measured, as the region is not"
 
 

@@ -64,7 +64,7 @@ def require_nearest(
     single = [kernel(*pair, params=params, nearest=near) for *pair, near in zip(poses[::10], wanted[::10], strict=True)]
     name = f"{robot.name}: {quantity} ({real}) with nearest="
     if not np.array_equal(exists, valid.any(axis=1)):
-        raise ProofError(f"{name} does not find what is valid")
+        raise ProofError(f"{name} does not report a solution exactly where one is valid")
     alone = np.array([((q - near) ** 2).sum() for (q, _), near in zip(single, wanted[::10], strict=True)])
     together = ((found - wanted) ** 2).sum(axis=1)[::10]
     if not np.allclose(alone, together, rtol=_SLACK[real], atol=_SLACK[real], equal_nan=True):

@@ -176,7 +176,9 @@ class _Tester:
 
     def _require_solved(self, solved: Truths, near: Truths) -> None:
         if (solved & ~near.all(axis=1)).any():
-            raise ProofError(f"{self._name} calls solved what is not by its own errors; nothing was written")
+            raise ProofError(
+                f"{self._name} reports targets as solved whose errors exceed the tolerance; nothing was written"
+            )
         if solved.mean() < LEAST_SHARE:
             raise ProofError(
                 f"{self._name} solves only {int(solved.sum()):,} of {len(solved):,} reachable targets; nothing was "

@@ -161,7 +161,7 @@ HALF = "1/2 of the angle of joint 'j1' is not clear in binary angles; give it li
         (
             f"{LENGTH}joints:\n  - {{name: j1, theta: q, d: 0, a: 1/a, alpha: 0}}",
             None,
-            "a runtime parameter stands in a divisor",
+            "a runtime parameter is in a divisor",
         ),
         (
             f"{LENGTH}joints:\n  - {{name: j1, theta: q, d: 0, a: a*a, alpha: 0}}",

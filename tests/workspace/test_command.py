@@ -62,7 +62,7 @@ def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[17].endswith(" m², in the plane of x and y")
     assert lines[18:] == [
         "  probably an underestimate: voxels that no sample hit are not counted; compare the finer grid",
-        "  dexterous part: none, since the tip cannot turn about one line while it stands still",
+        "  dexterous part: none, since the tip cannot turn about one line while it stays in place",
     ]
 
 
@@ -124,7 +124,7 @@ def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ("iiwa14", "not measured, since iiwa14 has no closed-form inverse"),
         ("cartesian", "none to speak of, since the tip keeps one orientation"),
-        ("al5d", "none, since the tip cannot turn every way while it stands still"),
+        ("al5d", "none, since the tip cannot turn every way while it stays in place"),
         ("spherical_arm", "none, since the arm cannot turn the tip every way"),
         ("blocks", "none to speak of, since the tip keeps one orientation"),
     ],

@@ -82,7 +82,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             ValueError: If a target is no pose: not finite, not a rotation, reflected, or of another shape.
         """
         if nearest is not None and (out is not None or layout == "joint_major"):
-            raise ValueError(f"{self.__name__}: nearest goes with neither out nor the layout joint_major")
+            raise ValueError(f"{self.__name__}: nearest cannot be combined with out or with the layout joint_major")
         results: tuple[Floats, Truths] | None = None
         if out is None and threads == len(inputs) == 1 and layout == "4x4":
             results = self._quickly(inputs[0], params, check)
