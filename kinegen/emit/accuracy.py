@@ -111,7 +111,7 @@ def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
     stated = [program for program in kernels.programs if _is_stated(program)]
     if not stated:
         return ()
-    where = "each function" if len(stated) == len(kernels.programs) else "functions of joint values alone"
+    where = "each function" if len(stated) == len(kernels.programs) else "functions that take only joint values"
     unlimited = list(_unlimited(kernels.robot))
     ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
     inputs = f" for the joint values passed in, anywhere within their limits{ranges}" if kernels.robot.dof else ""

@@ -214,7 +214,9 @@ def _promises(kernels: Kernels, real: Real) -> list[str]:
         pure, steps = "no state, no heap, no library, no loop, no branch on data", ""
     else:
         pure = "no state, no heap, no library, no loop"
-        steps = " Of square roots, arc tangents and selections compilers may make branches; no other function has any."
+        steps = (
+            " Compilers may turn square roots, arc tangents and selections into branches; no other function has any."
+        )
     text = (
         f"Every function is pure: {pure}; safe from threads and interrupts. Inputs and outputs must not overlap. "
         f"Limits are not checked.{steps}"
