@@ -28,7 +28,7 @@ TOP = {
     "kinegen": "Version of this format; always 1.",
     "name": "Name of the robot: a C identifier that prefixes everything public.",
     "description": "One line about the robot; it is repeated in headers and docstrings.",
-    "version": "Version of the robot for packages, as 1.2.0; without it they get one made of the model's digest.",
+    "version": "Version of the robot in packages, such as 1.2.0; by default one made from the digest of the model.",
     "convention": "How a row of the table becomes a transform; never guessed.",
     "units": "Length and angle units of this file; never guessed.",
     "parameters": "Named constants that the entries below may use.",
