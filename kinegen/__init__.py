@@ -17,7 +17,8 @@ firmware, and a Python module that evaluates poses in bulk. Data goes one way, f
 A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` explains
 the stages.
 
-sympy is imported in symbolic/ and in ir/lower.py, nowhere else. This module itself imports nothing, so that `kinegen --help` answers at once.
+sympy is imported in symbolic/ and in ir/lower.py, nowhere else. This module itself imports nothing, so that `kinegen
+--help` answers at once.
 """
 
 __version__ = "0.1.0"
