@@ -97,7 +97,7 @@ def test_a_page_shows_files_as_they_are(page: Path) -> None:
 
 def test_what_the_page_on_speed_explains_is_in_its_tables() -> None:
     page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
-    section = page[page.index("## Compilers and flags") : page.index("## What people use instead")]
+    section = page[page.index("## Compilers and flags") : page.index("## Comparison with other tools")]
     rows = "".join(line for line in section.splitlines() if line.startswith("| "))
 
     for words in re.findall(r"\*([A-Z][\w ]+)\*", section):
