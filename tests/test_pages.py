@@ -22,7 +22,7 @@ NAMING = ("docs/architecture.md", "CONTRIBUTING.md")
 
 PICTURES = sorted((ROOT / "docs").rglob("*.svg"))
 
-QUICK = ("docs/actuators.md", "docs/velocities.md")
+QUICK = ("README.md", "docs/actuators.md", "docs/velocities.md")
 """The pages that run here; `make docs-current` runs all of them."""
 
 

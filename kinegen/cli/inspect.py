@@ -57,7 +57,7 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
         return lines
-    return [*lines, f"{_INDENT}The numeric inverse serves every arm: kinegen build --outputs numeric_inverse"]
+    return [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
 
 
 def _family_lines(robot: Robot, family: Family) -> list[str]:

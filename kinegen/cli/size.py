@@ -84,7 +84,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
     say("\n".join(f"  {line}" for line in _table(costs)))
     for reason in reasons(costs):
-        say(f"  {reason}; the stack then leaves out what the compiler's library takes for arithmetic")
+        say(f"  {reason}; the stack then does not include the arithmetic routines of the compiler's library")
 
 
 def _table(costs: list[Cost]) -> list[str]:

@@ -36,7 +36,7 @@ def _whole(_context: click.Context, _parameter: click.Parameter, text: str) -> i
 
 def _length(_context: click.Context, _parameter: click.Parameter, value: float | None) -> float | None:
     if value is not None and not 1e-300 < value < 1e300:
-        raise click.BadParameter(f"{value:g} is not a length of a voxel (expected more than 0)")
+        raise click.BadParameter(f"{value:g} is not the edge of a voxel (expected more than 0)")
     return value
 
 
@@ -130,7 +130,7 @@ def command(
         say(json.dumps(document(study, written), indent=2))
         return
     if study.workspace.tip.backend != "c":
-        complain("warning: there is no C compiler, so NumPy evaluates, which takes many times longer")
+        complain("warning: there is no C compiler, so NumPy evaluates, which is many times slower")
     say(strong(f"{shown(file)}: workspace of {study.workspace.tip.name}"))
     say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
@@ -165,7 +165,7 @@ def _study(file: Path, tip: str | None, limits_from: str | None, options: Survey
     if not reason and workspace.tip.name not in kernels.robot.tips:
         reason = "not measured, since the inverse is that of the tool"
     if not reason and limits_from is not None:
-        reason = "not measured, since the inverse keeps to the limits of its own file"
+        reason = "not measured, since the inverse uses the limits of its own file"
     dexterity = reason or _dexterity(file, ranges, workspace, turning)
     return Study(file, ranges, options, workspace, turning, dexterity)
 
@@ -173,13 +173,17 @@ def _study(file: Path, tip: str | None, limits_from: str | None, options: Survey
 def _no_dexterity(turning: Turning, workspace: Workspace) -> str:
     """Why there is no dexterous part, or nothing."""
     if turning.freedom == 0:
-        return "none to speak of, since the tip keeps one orientation"
+        return "none, since the tip has only one orientation"
     if turning.freedom == 2:
-        return "none, since the arm cannot turn the tip every way"
-    ways = "about one line" if turning.freedom == 1 else "every way"
+        return "none, since the arm cannot turn the tip to every orientation"
+    ways = "about one line" if turning.freedom == 1 else "to every orientation"
     if not turning.free:
         return f"none, since the tip cannot turn {ways} while it stays in place"
-    return "" if workspace.tally is not None and workspace.shape.fills else "not measured, as the region is not"
+    return (
+        ""
+        if workspace.tally is not None and workspace.shape.fills
+        else "not measured, because the region is not measured"
+    )
 
 
 def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turning: Turning) -> Dexterity | str:

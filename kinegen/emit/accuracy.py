@@ -118,7 +118,7 @@ def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
     defaults = " for the parameters of the file" if kernels.defaults else ""
     pair = f", and for the sine and cosine of {source}" if any(program.angles for program in kernels.programs) else ""
     return _wrapped(
-        f"Proven errors, stated at {where}: how far a result can be from what the table gives exactly"
+        f"Proven errors, stated at {where}: the largest difference between a result and the exact value of the table"
         f"{inputs}{defaults}. They hold for rounding to nearest with subnormal numbers, with or without "
         f"contraction{pair}."
     )

@@ -68,7 +68,7 @@ def require_nearest(
     alone = np.array([((q - near) ** 2).sum() for (q, _), near in zip(single, wanted[::10], strict=True)])
     together = ((found - wanted) ** 2).sum(axis=1)[::10]
     if not np.allclose(alone, together, rtol=_SLACK[real], atol=_SLACK[real], equal_nan=True):
-        raise ProofError(f"{name} gives one target another solution than a batch")
+        raise ProofError(f"{name} gives another solution for one target than for a batch")
     limited = np.array([each.limits is not None for each in robot.variables])
     turns = [2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints]
     room = rooms + 8 * np.finfo(dtype).eps * np.maximum(np.abs(low), np.abs(high))
@@ -85,7 +85,7 @@ def require_nearest(
         if ((q - wanted[row]) ** 2).sum() > min(apart) * (1 + _SLACK[real]) + _SLACK[real]:
             raise ProofError(f"{name} gives {_text(q)} for {_text(wanted[row])}, but {_text(best)} is nearer")
         if min(float(np.abs(each - q).max()) for each in options) > _SLACK[real]:
-            raise ProofError(f"{name} gives {_text(q)}, which is none of the solutions with whole turns added")
+            raise ProofError(f"{name} gives {_text(q)}, which is not one of the solutions with whole turns added")
     turning = [joint.number - 1 for joint in family.axes.joints if joint.turns]
     _require_none(name, kernel, poses, wanted, params, turning)
 

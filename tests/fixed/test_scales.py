@@ -191,7 +191,7 @@ def test_what_is_no_pose_is_refused_in_one_line(output: str) -> None:
     with pytest.raises(KinegenError) as refusal:
         plan_fixed(robot, [program])
 
-    message = f"q30 kernels compute pose, frames and position, not {output}; build the others apart, without q30"
+    message = f"q30 kernels compute pose, frames and position, not {output}; build the others separately, without q30"
     assert str(refusal.value) == f"puma560.yaml: {message}"
 
 

@@ -47,12 +47,12 @@ FAMILIES = {
 REASONS = {
     "blocks": "it has no joint variable",
     "hand": "it has 5 tips, not one",
-    "screw": "joint 1 (spindle) moves more than one thing: a screw, or a row that follows it",
+    "screw": "joint 1 (spindle) moves more than one row: it is a screw, or another row follows it",
     "panda": "no family of closed forms has the joints RRRRRRR",
     "calibrated_2r": "joint 2 (joint_2): its direction depends on the runtime parameter skew, tilt",
     "jaco2": "not an arm with a spherical wrist: axes 4 and 5 are not at right angles: they are at 60 deg",
-    "rrr_nonplanar_1": "not an arm that puts a point in its place: the point that joint 3 is to carry lies on its axis",
-    "rpr_polar": "not an arm that puts a point in its place: no family of closed forms begins with the joints RPR",
+    "rrr_nonplanar_1": "not an arm for the position of a point: the point that joint 3 is to carry lies on its axis",
+    "rpr_polar": "not an arm for the position of a point: no family of closed forms begins with the joints RPR",
 }
 
 

@@ -75,7 +75,7 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
     """
     if program.quantity.kind not in _COMPUTED:
         reason = f"q30 kernels compute pose, frames and position, not {program.quantity}"
-        raise KinegenError(f"{reason}; build the others apart, without q30", robot.source)
+        raise KinegenError(f"{reason}; build the others separately, without q30", robot.source)
     angles = _angles(program)
     for statement in program.statements:
         _check(robot, statement, angles)
