@@ -124,7 +124,7 @@ def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
     [
         ("iiwa14", "not measured, since iiwa14 has no closed-form inverse"),
         ("cartesian", "none, since the tip has only one orientation"),
-        ("al5d", "none, since the tip cannot turn every way while it stays in place"),
+        ("al5d", "none, since the tip cannot turn to every orientation while it stays in place"),
         ("spherical_arm", "none, since the arm cannot turn the tip to every orientation"),
         ("blocks", "none, since the tip has only one orientation"),
     ],
