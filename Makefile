@@ -18,7 +18,7 @@ GENERATED_OPTIONS := --real both --outputs pose,frames,position
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards test-languages test-long test-sabotage docs-firmware check fix format lint types generated current docs docs-current bench prove wheel clean
+.PHONY: help demo test test-boards test-languages test-long test-sabotage docs-firmware check fix format lint types generated current docs docs-current commits bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -69,7 +69,7 @@ generated: $(VENV)/.kinegen ## rewrites generated/ from robots/
 	@mkdir -p build
 	$(BIN)/kinegen build $(ROBOTS) -o generated $(GENERATED_OPTIONS) >build/generated.log || \
 	    { cat build/generated.log; exit 1; }
-	@echo "$(words $(ROBOTS)) robots are built and proved; build/generated.log tells of each"
+	@echo "$(words $(ROBOTS)) robots are built and proven; build/generated.log has the reports"
 
 # Built anew elsewhere and compared, so that the check changes nothing; compiled files are not committed.
 current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
@@ -90,6 +90,10 @@ docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrit
 
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
+
+# BASE names the commit before the first one; COMMITS_OPTIONS=--strict makes warnings errors.
+commits: ## warns about commits since the upstream or main whose messages are hard to read later
+	@$(PYTHON) scripts/check_commits.py $(BASE) $(COMMITS_OPTIONS)
 
 prove: $(VENV)/.dev ## proves with Frama-C that the kernels have no run-time error; rewrites docs/proof.md
 	$(BIN)/python scripts/prove_eva.py

@@ -133,9 +133,15 @@ def figure(title: str, moves: tuple[Move, ...], names: tuple[str, str], axes: tu
             _joint_axis(drawing, place, rotation[:, 2], line)
     for number, ((rotation, place), move) in enumerate(zip(ends, moves, strict=False)):
         _draw_move(drawing, rotation, place, move, number)
-    for (rotation, place), index in zip((ends[0], ends[-1]), names, strict=True):
-        _draw_frame(drawing, rotation, place, index)
+    turns = ((moves[0], ends[0], ends[1]), (moves[-1], ends[-1], ends[-2]))
+    for (move, (rotation, place), (other, _)), index in zip(turns, names, strict=True):
+        _draw_frame(drawing, rotation, place, index, _free_side(rotation, other) if move.kind[0] == "R" else -1)
     return drawing.svg(title)
+
+
+def _free_side(frame: Point, other: Point) -> int:
+    """Where the label of z has room, -1 for left and 1 for right: away from an arc between two directions of z."""
+    return 1 if float((frame - other)[:, 2] @ RIGHT) > 0 else -1
 
 
 def _moved(frame: Point, origin: Point, move: Move) -> tuple[Point, Point]:
@@ -171,8 +177,8 @@ def _beside(way: Point) -> tuple[float, float]:
     return (15.0, 0.0) if abs(up) > 1.5 * abs(across) else (-14.0 * up / length, -14.0 * abs(across) / length)
 
 
-def _draw_frame(drawing: Drawing, frame: Point, origin: Point, index: str) -> None:
-    for letter, aside in (("x", (2.0, 17.0)), ("z", (-22.0, 2.0))):
+def _draw_frame(drawing: Drawing, frame: Point, origin: Point, index: str, side: int) -> None:
+    for letter, aside in (("x", (2.0, 17.0)), ("z", (side * 22.0, 2.0))):
         along = frame @ AXES[letter]
         drawing.line(origin, origin + 0.72 * along, letter, f'stroke-width="2.4" marker-end="url(#{letter})"')
         drawing.label(origin + 0.72 * along, aside, letter, index, letter)

@@ -41,6 +41,7 @@ PAGES = tuple(
     ROOT / name
     for name in (
         "README.md",
+        "docs/tour.md",
         "docs/actuators.md",
         "docs/calibration.md",
         "docs/inverse.md",

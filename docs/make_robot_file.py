@@ -3,7 +3,7 @@
     python docs/make_robot_file.py           rewrites both
     python docs/make_robot_file.py --check   compares, and fails with a diff if something is not current
 
-The page marks a table like this; whatever stands between the two comments is replaced:
+The page marks a table like this; what is between the two comments is replaced:
 
     <!-- table: top -->
     <!-- end -->
@@ -43,7 +43,7 @@ MOVES = {
     "hayati": (Move("Rz", D(50), "θ"), Move("Tx", 1.6, "a"), Move("Rx", D(-48), "α"), Move("Ry", D(62), "β")),
     "ets": (Move("Rz", D(50), "q"), Move("Tx", 1.5, "l1"), Move("Ry", D(-60), "-60°")),
     "rpy": (
-        *(Move("Tx", 0.7, "x"), Move("Ty", 1.0, "y"), Move("Tz", 0.9, "z")),
+        *(Move("Tx", 1.3, "x"), Move("Ty", 1.0, "y"), Move("Tz", 0.9, "z")),
         *(Move("Rz", D(50), "yaw"), Move("Ry", D(52), "pitch"), Move("Rx", D(30), "roll")),
     ),
 }

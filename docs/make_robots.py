@@ -21,8 +21,8 @@ HEAD = """\
 
 <!-- Written by docs/make_robots.py; change the files and run `make docs`. -->
 
-Every file says above its table where each number is from, and which numbers are ours. Joints are revolute (R),
-prismatic (P) or helical (H, a screw); those that follow others are not counted.
+The comments at the top of each file give the source of each number, and the numbers that we chose. Joints are revolute
+(R), prismatic (P) or helical (H, a screw); those that follow others are not counted.
 
 | file | description | joints | convention | unit |
 | --- | --- | --- | --- | --- |

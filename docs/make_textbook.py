@@ -1,4 +1,4 @@
-"""Writes docs/textbook.md: what textbooks print beside what kinegen prints, system by system, and the misprints.
+"""Writes docs/textbook.md: what textbooks print and what kinegen prints, system by system, and the misprints.
 
     python docs/make_textbook.py           rewrites the page
     python docs/make_textbook.py --check   compares, and fails with a diff if the page is not current
@@ -40,7 +40,7 @@ PAGE = ROOT / "docs" / "textbook.md"
 WIDEST_MATRIX = 110
 WORDS = re.compile(r"\b(?!sin\b|cos\b|a(sin|cos|tan)2?\b|alpha|beta|gamma|phi|psi|theta)[a-z]{3,}\b")
 STATUS = {
-    "printed": "in print as it stands here",
+    "printed": "as printed",
     "corrected": "in print with errors, corrected here (see the list of misprints)",
     "derived": "not in print; derived from the table",
 }
@@ -49,12 +49,12 @@ HEAD = """\
 
 <!-- Written by docs/make_textbook.py; change tests/textbook/ and run `make docs`. -->
 
-For every system: the form that stands in print, with its errors corrected, and what `kinegen show` prints for the robot
-file. Both are proved equal, exactly and entry by entry, by `tests/textbook/`: sums of angles are expanded to the sines
-and cosines of single joints, and the difference is reduced to a polynomial that has to be zero.
+For every system, this page lists the printed form, with its errors corrected, and the output of `kinegen show` for the
+robot file. `tests/textbook/` proves that both are exactly equal, entry by entry: sums of angles are expanded to the
+sines and cosines of single joints, and the difference is reduced to a polynomial that must be zero.
 
-`c1`, `s23` are the cosine of the first and the sine of the sum of the second and third joint variable; an offset in the
-table is not part of it. `q1` is the first joint variable where it stands outside of sines and cosines. Entries of a
+`c1` is the cosine of the first joint variable, and `s23` the sine of the sum of the second and third; an offset in the
+table is not part of them. `q1` is the first joint variable outside of sines and cosines. Entries of a
 transform are `r11` to `r33` and `px`, `py`, `pz`; the last row, 0 0 0 1, is left out.
 
 Five sets of lecture notes without a publisher are called A to E:
@@ -121,7 +121,7 @@ def form_part(system: System, form: Form, symbols: Mapping[str, str]) -> str:
         return f"{head}`{command}` prints the same.\n"
     if len(different) == len(ours):
         return f"{head}`{command}` prints\n\n{fenced(ours)}\n"
-    return f"{head}`{command}` prints the same but for\n\n{listed(different)}\n"
+    return f"{head}`{command}` prints the same except for\n\n{listed(different)}\n"
 
 
 def product_part(product: Product) -> str:
@@ -135,9 +135,9 @@ def product_part(product: Product) -> str:
 def misprint_part(entries: Iterable[Misprint]) -> str:
     """The table of misprints."""
     rows = [
-        "What is printed wrongly in the notes, or easily read wrongly. Where the last column says so, tests prove that",
+        "Errors in the notes, and passages that are easily misread. If the last column has a yes, tests prove that",
         "the printed entry differs from the pose and that the correct one equals it.\n",
-        "| notes | where | printed | correct | kind | proved |",
+        "| notes | place | printed | correct | kind | proved |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for entry in entries:

@@ -39,7 +39,7 @@ HAYATI = ROOT / "examples" / "ur5_calibration.yaml"
 STANDARD = ROOT / "robots" / "ur5.yaml"
 
 MOUNTING = tuple(f"{end}_{number}" for end in ("base", "tool") for number in ("x", "y", "z", "roll", "pitch", "yaw"))
-"""Where the arm stands and what it holds; known here, and wanted for the table of what could be found at all."""
+"""Base and tool; known here, and varied only for the table of identifiable parameters."""
 
 FIXED = ("base_z", "base_yaw", "tool_x", "tool_z", "tool_roll", "tool_yaw")
 """What the table says already where base and tool are varied too: d and theta of the first row, all of the last."""
@@ -170,7 +170,7 @@ def told_apart(fit: Model, q: Floats) -> tuple[int, list[str]]:
     """What poses say about the free parameters, from the singular values of the derivative with unit columns.
 
     Returns:
-        The rank, and the parameters that others can stand in for: those in the null space.
+        The rank, and the parameters that are not identifiable separately: those in the null space.
     """
     columns = fit.jacobian(np.array(fit.arm.Params())[fit.free], q)
     _, sizes, directions = np.linalg.svd(columns / np.linalg.norm(columns, axis=0))
@@ -203,12 +203,12 @@ def print_ranks(hayati: ModuleType, standard: ModuleType, q: Floats) -> None:
         ("Hayati rows, base and tool", model(hayati)),
         ("the same without six", model(hayati, FIXED)),
     )
-    print("varied                       parameters  told apart")
+    print("varied                       parameters        rank")
     for name, fit in cases:
         rank, lost = told_apart(fit, q)
         print(f"{name:28} {len(fit.free):10}  {rank:10}")
         if lost:
-            text = f"can stand in for one another: {', '.join(lost)}"
+            text = f"not identifiable separately: {', '.join(lost)}"
             print(textwrap.fill(text, 100, initial_indent="  ", subsequent_indent="    "))
 
 

@@ -1,10 +1,10 @@
 """kinegen: a compiler for robot kinematics.
 
-In: one YAML file with a Denavit-Hartenberg table. Out: the closed form as a textbook prints it, C that a board can
-carry, and a Python module that evaluates poses in bulk. Data goes one way, from the top of this list to its end:
+It reads a YAML file with a Denavit-Hartenberg table. It writes the closed form as a textbook prints it, C files for
+firmware, and a Python module that evaluates poses in bulk. Data goes one way, from the top of this list to its end:
 
     robot/      YAML text      -> Robot          what the user wrote: exact, validated, with line numbers
-    symbolic/   Robot          -> Expressions    elementary transforms, folded; poses; all of sympy's work
+    symbolic/   Robot          -> Expressions    elementary transforms, folded; poses; with sympy
     ir/         Expressions    -> Program        straight-line code, one operation per statement
     emit/       Program        -> {name: text}   one folder of templates per language
     native/     C text         -> callable       compiled extension, threads, arrays
@@ -15,10 +15,11 @@ carry, and a Python module that evaluates poses in bulk. Data goes one way, from
     build.py    the stages in order, timed; what they found as one record
     cli/        one module per subcommand
 
-A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` tells
-the whole story.
+A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` explains
+the stages.
 
-This module itself imports nothing, so that `kinegen --help` answers at once.
+sympy is imported in symbolic/ and in ir/lower.py, nowhere else. This module itself imports nothing, so that `kinegen
+--help` answers at once.
 """
 
 __version__ = "0.1.0"

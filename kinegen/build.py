@@ -1,4 +1,4 @@
-"""One build: the stages in order, and nothing else.
+"""One build: the stages in order, with their times, and what an option leaves out.
 
     load     robot file             -> Robot
     derive   Robot                  -> Expressions, one for each quantity

@@ -116,7 +116,7 @@ def _shape_defect(name: str) -> str:
     if len(name) > MAX_NAME:
         return f"has {len(name)} characters (at most {MAX_NAME})"
     if "__" in name or name.endswith("_"):
-        return "has an underscore at the end or two in a row, which C and C++ keep for themselves"
+        return "has an underscore at the end or two in a row, which C and C++ reserve"
     return ""
 
 
@@ -144,7 +144,7 @@ def _robot_defect(name: str) -> str:
     if name in C_HEADERS:
         return "would hide the C header of that name"
     if name in GLUE_NAMES or name.startswith("kinegen_"):
-        return "is the name of a file that kinegen compiles beside those of the robot"
+        return "is the name of a file that kinegen compiles together with those of the robot"
     if name.lower() in DEVICE_NAMES:
         return "is a device name on Windows, so no folder can have it"
     return ""

@@ -1,4 +1,4 @@
-"""What a build is told and what it tells: records alone, which a build that changes nothing gets by with."""
+"""The options and the results of a build: only records, which suffice for a build that changes nothing."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def recall(key: str, path: Path, options: BuildOptions) -> BuildResult | None:
     if result.folder != options.output / robot.name or kept.digests != _digests(result.folder):
         return None
     written = tuple(replace(entry, status="unchanged") for entry in result.written if entry.status != "removed")
-    stage = Stage("compare", time.perf_counter() - begin, "all is as it was built and proved before")
+    stage = Stage("compare", time.perf_counter() - begin, "nothing has changed since the last proven build")
     return replace(result, written=written, stages=(stage,))
 
 

@@ -98,7 +98,7 @@ def refuse_link(folder: Path) -> None:
         WriteError: If it is a link.
     """
     if folder.is_symlink():
-        raise WriteError(f"{folder} is a symbolic link; name the folder that it leads to; nothing was written")
+        raise WriteError(f"{folder} is a symbolic link; name the folder that it points to; nothing was written")
 
 
 def write_file(path: Path, content: str | bytes) -> None:

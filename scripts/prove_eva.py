@@ -34,7 +34,7 @@ def main(arguments: list[str]) -> int:
         done = list(pool.map(_prove, proofs()))
     failed = [proof.subject for proof, outcome in done if not outcome.proves(proof.driver)]
     if failed:
-        print(f"not proved: {', '.join(failed)}; {LOGS.relative_to(ROOT)} holds Frama-C's words")
+        print(f"not proved: {', '.join(failed)}; {LOGS.relative_to(ROOT)} has the output of Frama-C")
         return 1
     after = page(done, version())
     if after != before:

@@ -11,7 +11,18 @@ import pytest
 from docs import make_readme
 from docs.make_readme import PAGES, ROOT
 
-QUICK = ("docs/actuators.md", "docs/velocities.md")
+LINKED = (
+    *sorted((ROOT / "docs").glob("*.md")),
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "robots/README.md")),
+)
+"""The pages whose links are followed."""
+
+NAMING = ("docs/architecture.md", "CONTRIBUTING.md")
+"""The pages that name modules."""
+
+PICTURES = sorted((ROOT / "docs").rglob("*.svg"))
+
+QUICK = ("README.md", "docs/actuators.md", "docs/velocities.md")
 """The pages that run here; `make docs-current` runs all of them."""
 
 
@@ -86,7 +97,7 @@ def test_a_page_shows_files_as_they_are(page: Path) -> None:
 
 def test_what_the_page_on_speed_explains_is_in_its_tables() -> None:
     page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
-    section = page[page.index("## Compilers and flags") : page.index("## What people use instead")]
+    section = page[page.index("## Compilers and flags") : page.index("## Comparison with other tools")]
     rows = "".join(line for line in section.splitlines() if line.startswith("| "))
 
     for words in re.findall(r"\*([A-Z][\w ]+)\*", section):
@@ -97,8 +108,119 @@ def test_what_the_pages_say_of_a_package_without_compiled_kernels_is_what_it_say
     engines = (ROOT / "kinegen" / "native" / "runtime" / "_engines.py").read_text(encoding="utf-8")
 
     assert "about 50 times slower" in engines
-    for page in ("README.md", "docs/architecture.md"):
+    for page in ("docs/tour.md", "docs/architecture.md"):
         text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
         assert "about 50 times slower" in text
         assert "cffi" in text
         assert "NumPy alone and can be copied" not in text
+
+
+def without_blocks(page: Path) -> str:
+    """The text of a page without its code."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    return re.sub(r"`[^`\n]*`", lambda code: re.sub(r"[\[\]]", "", code[0]), text)
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors that hosting pages make of the headings of a page."""
+    found: set[str] = set()
+    for heading in re.findall(r"^#+ (.+)$", without_blocks(page), re.M):
+        words = re.sub(r"[^\w\- ]", "", re.sub(r"\]\([^)]*\)", "", heading).lower()).replace(" ", "-")
+        repeated = sum(re.fullmatch(rf"{re.escape(words)}(-\d+)?", known) is not None for known in found)
+        found.add(f"{words}-{repeated}" if repeated else words)
+    return found
+
+
+def broken_links(page: Path) -> list[str]:
+    """The relative links of a page that lead to no file or no heading."""
+    broken = []
+    for target in re.findall(r"\]\(([^)\s]+)\)", without_blocks(page)):
+        if re.match(r"https?://", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = page.parent / path if path else page
+        if not file.exists() or not file.resolve().is_relative_to(ROOT) or (anchor and anchor not in anchors(file)):
+            broken.append(target)
+    return broken
+
+
+@pytest.mark.parametrize("page", LINKED, ids=name)
+def test_every_link_leads_to_a_file_and_a_heading(page: Path) -> None:
+    assert broken_links(page) == []
+
+
+def test_broken_links_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tests.test_pages.ROOT", tmp_path)
+    page = tmp_path / "page.md"
+    page.write_text(
+        "# `a_b`: c, d\n\n## Two words\n\n## Two words\n\n```\n[code](gone.md)\n```\n"
+        "[1](page.md#two-words) [2](#two-words-1) [3](#a_b-c-d) [4](https://example.com/x)\n"
+        "[5](gone.md) [6](#two-words-2) [7](page.md#code) [8](../outside.md)\n",
+        encoding="utf-8",
+    )
+
+    assert broken_links(page) == ["gone.md", "#two-words-2", "page.md#code", "../outside.md"]
+
+
+@pytest.mark.parametrize("page", LINKED, ids=name)
+def test_pictures_have_a_text_for_those_who_do_not_see_them(page: Path) -> None:
+    assert all(text.strip() for text in re.findall(r"!\[([^\]]*)\]\(", page.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=name)
+def test_a_picture_can_be_read_on_a_dark_page(picture: Path) -> None:
+    """It brings its own background, and needs nothing from elsewhere."""
+    text = picture.read_text(encoding="utf-8")
+
+    assert re.search(r'<rect [^>]*fill="(#ffffff|white)"', text)
+    assert re.findall(r'(?:href|src)="(?!#)[^"]*"', text) == []
+
+
+def test_what_the_first_picture_shows_is_what_commands_print() -> None:
+    picture = (ROOT / "docs" / "overview.svg").read_text(encoding="utf-8")
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"p[xy] = (.*?)<", picture)
+
+    assert len(shown) == 2
+    assert all(re.search(rf" {re.escape(formula)} \]", page) for formula in shown)
+
+
+def test_the_first_page_is_short() -> None:
+    """The first result is on the first two screens."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+
+    assert text.count("\n") <= 125
+    assert text[: text.index("## Documentation")].count("\n") <= 105
+    assert text.count("](docs/overview.svg)") == text.count("![") == 1
+
+
+@pytest.mark.parametrize("page", [ROOT / page for page in NAMING], ids=name)
+def test_modules_that_pages_name_exist(page: Path) -> None:
+    named = set(re.findall(r"`([\w/]+(?:\.py|/))`", page.read_text(encoding="utf-8"))) - {"build/"}
+    missing = [
+        path for path in named if not (ROOT / path).exists() and not list((ROOT / "kinegen").rglob(path.rstrip("/")))
+    ]
+
+    assert named
+    assert missing == []
+
+
+def test_the_modules_that_import_sympy_are_those_that_pages_name() -> None:
+    modules = [
+        path
+        for path in (ROOT / "kinegen").rglob("*.py")
+        if re.search(r"^\s*(import|from) sympy\b", path.read_text(encoding="utf-8"), re.M)
+    ]
+    outside = {str(path.relative_to(ROOT)) for path in modules if "symbolic" not in path.parts}
+
+    assert outside == {"kinegen/ir/lower.py"}
+    for page in NAMING:
+        assert re.search(r"ir/lower\.py`[^`]*\blast\b", (ROOT / page).read_text(encoding="utf-8"))
+
+
+def test_pages_and_templates_name_the_same_cost_of_the_sine() -> None:
+    template = (ROOT / "templates" / "c" / "_sincos_f32.c.jinja").read_text(encoding="utf-8")
+    page = " ".join((ROOT / "docs" / "firmware.md").read_text(encoding="utf-8").split())
+    (count,) = re.findall(r"\((\d+) on a Cortex-M4F", template)
+
+    assert re.findall(r"in (\d+) instructions on a Cortex-M4F", page) == [count]

@@ -372,7 +372,7 @@ def test_copies_are_kept_if_the_old_files_cannot_be_put_back(
 
     monkeypatch.setattr(os, "replace", fail)
 
-    with pytest.raises(WriteError, match="cannot put the earlier output back") as caught:
+    with pytest.raises(WriteError, match="cannot restore the earlier output") as caught:
         write_files(folder, NEW)
 
     kept = Path(str(caught.value).rpartition(" ")[2])
@@ -415,7 +415,7 @@ def test_a_link_as_folder_is_told(folder: Path, tmp_path: Path) -> None:
     link.symlink_to(folder, target_is_directory=True)
     before = state(folder)
 
-    with pytest.raises(WriteError, match=r"link is a symbolic link; name the folder that it leads to"):
+    with pytest.raises(WriteError, match=r"link is a symbolic link; name the folder that it points to"):
         write_files(link, NEW)
 
     assert state(folder) == before

@@ -1,4 +1,4 @@
-"""All joint vectors for a pose, and the one nearest to where the arm stands; run with the built package on the path."""
+"""All joint vectors for a pose, and the one nearest to the present one; run with the built package on the path."""
 
 import numpy as np
 import puma560

@@ -56,7 +56,7 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
         KinegenError: If the target lacks the number type, or integers cannot evaluate a kernel.
     """
     if real not in (*target.reals, Q30):
-        raise KinegenError(f"{target.name} has no {real} of 64 bits: take --real float")
+        raise KinegenError(f"{target.name} has no {real} of 64 bits: use --real float")
     find_cross_compiler(target)
     costs: list[Cost] = []
     with tempfile.TemporaryDirectory(prefix="kinegen-") as made:

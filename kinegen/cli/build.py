@@ -65,8 +65,8 @@ def languages_of(context: click.Context, parameter: click.Parameter, text: str) 
 @click.option(
     "--real",
     type=click.Choice((*REALS, *INTEGERS)),
-    help="Number types; q30 writes kernels in integers, for processors without an FPU, beside double for Python (with "
-    "--package alone), and all writes all three.  [default: both]",
+    help="Number types: both is double and float; q30 is integer kernels for processors without an FPU, together with "
+    "double for Python (with --package alone); all is all three.  [default: both]",
 )
 @click.option(
     "--outputs",
@@ -76,40 +76,42 @@ def languages_of(context: click.Context, parameter: click.Parameter, text: str) 
     callback=quantities_of,
     help="What is computed: pose, frames, position; jacobian, fk_jacobian, twist, acceleration, hessian (with _local "
     "or _world for other axes); quaternion_wxyz, rpy_zyx and other orientations, with _jacobian for their derivatives; "
-    "inverse, numeric_inverse; actuators_to_joints and others. pose@FRAME is of one frame; a wrong name lists all.",
+    "inverse, numeric_inverse; actuators_to_joints and others. pose@FRAME is for one frame. A wrong name "
+    "prints the list of all names.",
 )
 @click.option(
     "--wrt",
     metavar="LIST",
     default="",
     callback=names_of,
-    help="Parameters by which parameter_jacobian is taken, such as a2,d3, and entries of the table, such as a_elbow; "
-    "dh is all entries. They become arguments of the kernels.",
+    help="Parameters that parameter_jacobian differentiates by, such as a2,d3, and entries of the table, such as "
+    "a_elbow; dh means all entries. They become arguments of the kernels.",
 )
 @click.option(
     "--package",
     type=click.Choice([each.value for each in Ecosystem]),
-    help="Write C as such a project takes it, in place of a Python package. Unless -o and --real say otherwise, "
-    "it goes to "
-    f"{', '.join(each.folder for each in Ecosystem)} in this order, with float alone but for cmake.",
+    help="Write C files for a project of this kind instead of a Python package. Unless -o says otherwise, they go to "
+    + ", ".join(f"{each.folder} ({each.value})" for each in Ecosystem)
+    + ". Unless --real says otherwise, they are float only, and for cmake float and double.",
 )
 @click.option(
     "--languages",
     metavar="LIST",
     default="",
     callback=languages_of,
-    help="Languages beside C and Python, each in a folder of its own: javascript. The build runs and proves them where "
+    help="Languages in addition to C and Python, each in its own folder: javascript. The build runs and proves them if "
     "their tools are installed (Node.js for JavaScript).",
 )
-@click.option("--no-compile", is_flag=True, help="Do without the C compiler; the module computes with NumPy.")
+@click.option("--no-compile", is_flag=True, help="Do not compile; the module computes with NumPy.")
 @click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
 @click.option(
     "--portable",
     is_flag=True,
-    help="Compile for every processor of this family; on loading the best variant is picked, or KINEGEN_VARIANT.",
+    help="Compile for every processor of this family. The best variant is picked on loading, unless KINEGEN_VARIANT "
+    "names one.",
 )
-@click.option("--reproducible", is_flag=True, help="The same bits on every machine, at some cost of speed.")
-@click.option("--force", is_flag=True, help="Replace files in the way that kinegen did not write, or that were edited.")
+@click.option("--reproducible", is_flag=True, help="The same bits on every machine, but slower.")
+@click.option("--force", is_flag=True, help="Also replace files that kinegen did not write or that were edited.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 @click.pass_context
 def command(
@@ -130,10 +132,9 @@ def command(
 ) -> int:
     """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
 
-    The folder DIR/NAME gets NAME.h, NAME.c and their companions, and is a Python package, or with --package what
-    another kind of project takes as it is. The exit status is 0 only if every proof holds; a build that fails leaves
-    the earlier output as it was. Only files that kinegen wrote are replaced or removed; kinegen-manifest.json lists
-    them, with the SHA-256 of each.
+    The folder DIR/NAME gets NAME.h, NAME.c and their companions. It is a Python package, or with --package a library
+    for a C project. The exit status is 0 only if every proof holds. A build that fails leaves the earlier output as it
+    was. Only files that kinegen wrote are replaced or removed; kinegen-manifest.json lists them with their SHA-256.
     """
     from kinegen.emit.reals import Real
     from kinegen.native.flags import Flags

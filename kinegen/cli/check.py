@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from kinegen.robot.model import Robot
 
 
-@click.command("check", short_help="Reads robot files and says what is wrong.")
+@click.command("check", short_help="Checks robot files.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path())
 @click.pass_context
 def command(context: click.Context, files: tuple[str, ...]) -> int:
-    """Reads robot files and says what they hold, or what is wrong with them.
+    """Checks robot files: prints a summary of each, or the first error with its line.
 
-    Notes point out values that are nearly special, such as 89.9999 degrees, with what the difference does to the pose,
-    and angles that look as if they were written in the other unit, such as 1.5708 in a file in degrees.
+    Notes point out values that are nearly special, such as 89.9999 degrees, and how far the difference moves the tip.
+    They also point out angles that look as if they were written in the other unit, such as 1.5708 in degrees.
     """
     failed = 0
     for file in files:
@@ -33,7 +33,7 @@ def command(context: click.Context, files: tuple[str, ...]) -> int:
             complain(f"error: {error}")
             failed += 1
     if failed:
-        complain(f"{failed} of {len(files)} files are bad")
+        complain(f"{failed} of {len(files)} files have errors")
     return int(failed > 0)
 
 

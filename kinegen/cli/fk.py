@@ -42,14 +42,18 @@ class _Signed(click.Command):
 @click.command("fk", cls=_Signed, short_help="Prints the pose for joint values.")
 @click.argument("file", type=click.Path())
 @click.argument("values", metavar="Q...", nargs=-1)
-@click.option("--degrees", "--deg", "asked", flag_value="deg", help="Angles are in degrees, whatever the file has.")
-@click.option("--radians", "--rad", "asked", flag_value="rad", help="Angles are in radians, whatever the file has.")
-@click.option("--frame", metavar="NAME", help="Another frame than the tool: a joint, a row number or a named frame.")
+@click.option(
+    "--degrees", "--deg", "asked", flag_value="deg", help="Angles are in degrees, also where the file has radians."
+)
+@click.option(
+    "--radians", "--rad", "asked", flag_value="rad", help="Angles are in radians, also where the file has degrees."
+)
+@click.option("--frame", metavar="NAME", help="The frame instead of the tool: a joint, a row number or a named frame.")
 def command(file: str, values: tuple[str, ...], asked: str | None, frame: str | None) -> None:
     """Prints the pose of the tool in the base frame for joint values.
 
     One value for each joint variable: a number, or an expression such as pi/2. Angles and lengths are in the units of
-    the file; in degrees pi is half a turn. The last line says which unit the angles were taken in.
+    the file; in degrees, pi is half a turn. The last line reports the unit of the angles.
 
     \b
         kinegen fk robots/puma560.yaml 0 -90 30 0 0 0

@@ -23,8 +23,8 @@ _INDENT = "  "
 def command(context: click.Context, files: tuple[str, ...]) -> int:
     """Names the family of each robot's closed-form inverse, its branches in their order, and its constants.
 
-    The axes of the joints decide, not the convention of the table. Where there is no family, the conditions that fail
-    are listed.
+    The family depends on the axes of the joints, not on the convention of the table. If an arm has no family, the
+    conditions that fail are listed.
     """
     failed = 0
     for file in files:
@@ -57,7 +57,7 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
         return lines
-    return [*lines, f"{_INDENT}The numeric inverse serves every arm: kinegen build --outputs numeric_inverse"]
+    return [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
 
 
 def _family_lines(robot: Robot, family: Family) -> list[str]:

@@ -165,5 +165,5 @@ def _proof_line(result: BuildResult) -> str:
     worst = max(result.proof.comparisons, key=_share)
     poses = sum(comparison.poses for comparison in result.proof.comparisons)
     held = good("holds") if result.proof.holds else bad("FAILS")
-    share = f"worst {percentage(worst)} of what is accepted, in {worst.target}"
+    share = f"worst {percentage(worst)} of the accepted error, in {worst.target}"
     return f"{_INDENT}{strong('proof')} {held} for {poses:,} poses; {share}"

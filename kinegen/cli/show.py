@@ -28,13 +28,13 @@ FORMATS = ("text", "latex", "mathml", "python")
     "axes of the base, in the frame's own axes (local), or at the origin of the base (world).",
 )
 @click.option("--from", "start", metavar="FRAME", help="Frame of reference, by name or row number; 0 is before row 1.")
-@click.option("--to", "end", metavar="FRAME", help="Frame that is reached; without it the tool, or every tip.")
+@click.option("--to", "end", metavar="FRAME", help="Frame whose pose is printed; by default the tool, or every tip.")
 @click.option("--steps", is_flag=True, help="Also print every link matrix on the way.")
 def command(file: str, notation: str, output: str, start: str | None, end: str | None, steps: bool) -> None:
     """Prints the table and the closed form of a robot, factored as a textbook prints it.
 
-    c1 and s1 are the cosine and sine of the first joint variable, c23 is cos(q2 + q3). The whole chain, from base to
-    tool, or any part of it:
+    c1 and s1 are the cosine and sine of the first joint variable, c23 is cos(q2 + q3). Examples for the whole chain,
+    from base to tool, and for a part of it:
 
     \b
         kinegen show robots/puma560.yaml

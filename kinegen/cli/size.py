@@ -38,7 +38,7 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
     default=DEFAULT_TARGET,
     show_default=True,
     callback=_target,
-    help="The processor; a wrong name lists those that there are.",
+    help="The processor. A wrong name prints the list of all names.",
 )
 @click.option(
     "--real", type=click.Choice((*REALS, *INTEGERS)), default="float", show_default=True, help="Number types."
@@ -56,10 +56,10 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     """Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
 
     \b
-    function       bytes of the kernel function alone
-    flash          and with the sine-cosine pair and the arithmetic of the compiler's library that it needs
-    stack          bytes below the caller's
-    instructions   of one call (on an AVR: cycles); two numbers where they depend on the angles
+    function       bytes of the kernel function itself
+    flash          the same with the sine-cosine pair and the compiler's library routines that it calls
+    stack          bytes of stack that one call uses
+    instructions   of one call (on an AVR: cycles); two numbers if the count depends on the angles
 
     Counts are exact and repeatable. They are not cycles: flash wait states and FPU latency add to them.
     """  # noqa: D301 - click wants the character, not the two letters
@@ -84,7 +84,7 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     say(faint(f"  {costs[0].compiler}, {target.board} in {target.emulator.command[0]}"))
     say("\n".join(f"  {line}" for line in _table(costs)))
     for reason in reasons(costs):
-        say(f"  {reason}; the stack then leaves out what the compiler's library takes for arithmetic")
+        say(f"  {reason}; the stack then does not include the arithmetic routines of the compiler's library")
 
 
 def _table(costs: list[Cost]) -> list[str]:

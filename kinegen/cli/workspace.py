@@ -36,7 +36,7 @@ def _whole(_context: click.Context, _parameter: click.Parameter, text: str) -> i
 
 def _length(_context: click.Context, _parameter: click.Parameter, value: float | None) -> float | None:
     if value is not None and not 1e-300 < value < 1e300:
-        raise click.BadParameter(f"{value:g} is not a length of a voxel (expected more than 0)")
+        raise click.BadParameter(f"{value:g} is not the edge of a voxel (expected more than 0)")
     return value
 
 
@@ -63,16 +63,16 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     default=f"{DEFAULT_SAMPLES:.0e}".replace("+0", ""),
     show_default=True,
     callback=_whole,
-    help="Joint vectors to try.",
+    help="Number of joint vectors to try.",
 )
 @click.option(
     "--voxel",
     metavar="LENGTH",
     type=float,
     callback=_length,
-    help="Edge of a voxel, in the unit of the file; by default one that the samples fill.",
+    help="Edge of a voxel, in the unit of the file; by default a size that the samples can fill.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Another one, other samples.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random samples.")
 @click.option("--tip", metavar="NAME", help="A tip of a tree, a link, a named frame, or wrist_centre.")
 @click.option("--limits-from", metavar="FILE", type=click.Path(), help="Another robot file to take joint limits from.")
 @click.option("--slices", metavar="FILE", type=click.Path(path_type=Path), help="Draw slices: .png or .svg.")
@@ -82,7 +82,7 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     metavar="AXIS=VALUE",
     multiple=True,
     callback=_planes,
-    help="A plane for --slices, such as y=0, in the unit of the file; may be given again.",
+    help="A plane for --slices, such as y=0, in the unit of the file. May be repeated.",
 )
 @click.option("--cloud", metavar="FILE", type=click.Path(path_type=Path), help="Write points: .npz or .parquet.")
 @click.option(
@@ -90,7 +90,7 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     type=click.IntRange(min=0, max=1024),
     default=0,
     show_default=True,
-    help="Threads; 0 for one on each processor.",
+    help="Number of threads; 0 means one for each processor.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(
@@ -130,7 +130,7 @@ def command(
         say(json.dumps(document(study, written), indent=2))
         return
     if study.workspace.tip.backend != "c":
-        complain("warning: there is no C compiler, so NumPy evaluates, which takes many times longer")
+        complain("warning: there is no C compiler, so NumPy evaluates, which is many times slower")
     say(strong(f"{shown(file)}: workspace of {study.workspace.tip.name}"))
     say("\n".join(f"  {line}".rstrip() for line in report(study)))
     for path in written:
@@ -165,7 +165,7 @@ def _study(file: Path, tip: str | None, limits_from: str | None, options: Survey
     if not reason and workspace.tip.name not in kernels.robot.tips:
         reason = "not measured, since the inverse is that of the tool"
     if not reason and limits_from is not None:
-        reason = "not measured, since the inverse keeps to the limits of its own file"
+        reason = "not measured, since the inverse uses the limits of its own file"
     dexterity = reason or _dexterity(file, ranges, workspace, turning)
     return Study(file, ranges, options, workspace, turning, dexterity)
 
@@ -173,13 +173,17 @@ def _study(file: Path, tip: str | None, limits_from: str | None, options: Survey
 def _no_dexterity(turning: Turning, workspace: Workspace) -> str:
     """Why there is no dexterous part, or nothing."""
     if turning.freedom == 0:
-        return "none to speak of, since the tip keeps one orientation"
+        return "none, since the tip has only one orientation"
     if turning.freedom == 2:
-        return "none, since the arm cannot turn the tip every way"
-    ways = "about one line" if turning.freedom == 1 else "every way"
+        return "none, since the arm cannot turn the tip to every orientation"
+    ways = "about one line" if turning.freedom == 1 else "to every orientation"
     if not turning.free:
-        return f"none, since the tip cannot turn {ways} while it stands still"
-    return "" if workspace.tally is not None and workspace.shape.fills else "not measured, as the region is not"
+        return f"none, since the tip cannot turn {ways} while it stays in place"
+    return (
+        ""
+        if workspace.tally is not None and workspace.shape.fills
+        else "not measured, because the region is not measured"
+    )
 
 
 def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turning: Turning) -> Dexterity | str:

@@ -111,14 +111,14 @@ def accuracy_lines(kernels: Kernels, source: str) -> tuple[str, ...]:
     stated = [program for program in kernels.programs if _is_stated(program)]
     if not stated:
         return ()
-    where = "each function" if len(stated) == len(kernels.programs) else "functions of joint values alone"
+    where = "each function" if len(stated) == len(kernels.programs) else "functions that take only joint values"
     unlimited = list(_unlimited(kernels.robot))
     ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
     inputs = f" for the joint values passed in, anywhere within their limits{ranges}" if kernels.robot.dof else ""
     defaults = " for the parameters of the file" if kernels.defaults else ""
     pair = f", and for the sine and cosine of {source}" if any(program.angles for program in kernels.programs) else ""
     return _wrapped(
-        f"Proven errors, stated at {where}: how far a result can be from what the table gives exactly"
+        f"Proven errors, stated at {where}: the largest difference between a result and the exact value of the table"
         f"{inputs}{defaults}. They hold for rounding to nearest with subnormal numbers, with or without "
         f"contraction{pair}."
     )

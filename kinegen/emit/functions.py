@@ -31,8 +31,8 @@ LINE = 116
 """Characters of a line of a comment, without the asterisk before it."""
 
 _ROOT = (
-    "Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno gcc and clang take the "
-    "instruction of the processor where it has one; the bits are the same."
+    "Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the "
+    "instruction of the processor if it has one; the bits are the same."
 )
 _ANGLES = (
     "Arc tangents of two numbers are {error}; that of two zeros is 0, zeros have no sign, and an infinity or a NaN "

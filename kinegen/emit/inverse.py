@@ -74,8 +74,8 @@ def branch_lines(branches: Branches, width: int, reals: tuple[Real, ...]) -> tup
         f"Family: {branches.family}. Rows of solutions:",
         *(f"  {index}  {name}" for index, name in enumerate(branches.names)),
         *branches.meanings,
-        "valid is 1 for a solution within the limits, else 0; its row then holds anything, a valid one finite numbers.",
-        f"A joint at its limit may be found outside it by rounding: valid up to {_rooms(branches, reals)}. Targets:",
+        "valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.",
+        f"Rounding may move a joint at its limit outside it: valid up to {_rooms(branches, reals)}. Targets:",
         *_rigid_lines(branches, reals),
         *(f"  {condition}" for condition in branches.conditions),
     )
@@ -95,8 +95,8 @@ def _rigid_lines(branches: Branches, reals: tuple[Real, ...]) -> tuple[str, ...]
         return ()
     bound = _by_type([f"{branches.rigid[real]:.0e}" for real in reals], reals)
     return (
-        "  the rotation is a proper one, with columns orthonormal and right-handed, or no solution is valid: what the",
-        f"  columns miss of that, as the root of a sum of squares, is less than {bound}",
+        "  the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the",
+        f"  root of a sum of squares, must be less than {bound}",
     )
 
 

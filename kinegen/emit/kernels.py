@@ -53,7 +53,7 @@ def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:
             other = taken.setdefault(name, quantity)
             if other != quantity:
                 reason = f"outputs '{other}' and '{quantity}' would both be called {name}"
-                raise KinegenError(f"{reason}; build them apart or rename the frame", robot.source)
+                raise KinegenError(f"{reason}; build them separately or rename the frame", robot.source)
 
 
 def provenance(robot: Robot) -> str:

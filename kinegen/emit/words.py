@@ -27,7 +27,7 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.RPY_ZYX: "Orientation of {frame} as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)",
         Kind.RPY_XYZ: "Orientation of {frame} as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw)",
         Kind.EULER_ZYZ: "Orientation of {frame} as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi)",
-        Kind.AXIS_ANGLE: "Orientation of {frame} as rotation vector: its axis times the angle in 0 to pi",
+        Kind.AXIS_ANGLE: "Orientation of {frame} as a rotation vector: its axis times the angle in 0 to pi",
         Kind.QUATERNION_WXYZ_JACOBIAN: "Derivative of the quaternion w, x, y, z of {frame} by the joint variables",
         Kind.QUATERNION_XYZW_JACOBIAN: "Derivative of the quaternion x, y, z, w of {frame} by the joint variables",
         Kind.RPY_ZYX_JACOBIAN: "Derivative of roll, pitch, yaw (Rz Ry Rx) of {frame} by the joint variables",

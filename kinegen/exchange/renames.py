@@ -98,5 +98,5 @@ def roll_back(old: Path, folder: Path, kept: frozenset[str], names: Sequence[str
         except KeyboardInterrupt:
             continue  # Ctrl-C once more: every step can be taken again
         except OSError as error:
-            raise LostError(f"cannot put the earlier output back ({error}); its files are in {old}") from error
+            raise LostError(f"cannot restore the earlier output ({error}); its files are in {old}") from error
         return

@@ -194,7 +194,7 @@ class _Naming:
     def _node(self, number: int) -> Node:
         node = self.nodes[number]
         if not isinstance(node, Node):
-            raise TypeError(f"value {number} is no operation")
+            raise TypeError(f"value {number} is not an operation")
         return node
 
     def _operator(self, number: int) -> Operator | Half | None:

@@ -162,7 +162,9 @@ def _refusal(folder: Path) -> str:
         if hasattr(os, "geteuid") and status.st_uid != os.geteuid():
             return f"the cache {place} is not used, since it belongs to another user; XDG_CACHE_HOME can name another"
         if os.name == "posix" and status.st_mode & _OTHERS_WRITE:
-            return f"the cache {place} is not used, since other users may write to it; delete it, and it is made anew"
+            return (
+                f"the cache {place} is not used, since other users may write to it; delete it, and it is created again"
+            )
     return ""
 
 

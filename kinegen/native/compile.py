@@ -145,7 +145,7 @@ def _build(
     compiler.run(folder, (*_SHARED, "-o", EXTENSION, *objects), "the extension")
     if not (folder / EXTENSION).is_file():
         raise CompileError(
-            f"'{compiler.command[0]}' reported success and wrote no {EXTENSION}; CC has to name a C compiler"
+            f"'{compiler.command[0]}' reported success and wrote no {EXTENSION}; CC must name a C compiler"
         )
     return sealed((folder / EXTENSION).read_bytes())
 
@@ -173,10 +173,10 @@ def _check_headers() -> None:
     if not any((Path(folder) / "Python.h").is_file() for folder in _includes()):
         raise MissingToolError(
             f"the headers of Python are missing (no Python.h in {_includes()[0]}): "
-            "install them, for example with `apt install python3-dev`, or leave compiling out with --no-compile"
+            "install them, for example with `apt install python3-dev`, or build without it by --no-compile"
         )
     if not (Path(np.get_include()) / "numpy" / "ndarraytypes.h").is_file():
         raise MissingToolError(
             f"the headers of NumPy are missing (no numpy/ndarraytypes.h in {np.get_include()}): install them, for "
-            "example with `apt install python3-numpy-dev`, or leave compiling out with --no-compile"
+            "example with `apt install python3-numpy-dev`, or build without it by --no-compile"
         )

@@ -149,7 +149,7 @@ def _run(command: tuple[str, ...], folder: Path, stop: Event | None = None) -> s
                     _end(process)
                 elif time.monotonic() > deadline:
                     _end(process)
-                    told = f"it was ended after {patience:g} s; {_SECONDS} can name more"
+                    told = f"it was stopped after {patience:g} s; {_SECONDS} can name more"
                     return subprocess.CompletedProcess(command, 1, "", f"error: {told}")
                 continue
             except BaseException:

@@ -108,7 +108,7 @@ static const char *const names[] = {NAMES};
 static const char *const labels[] = {LABELS};
 static int picked;
 
-/* Whether this processor has the instructions that all kernels were compiled for, and those of a variant besides. */
+/* Whether this processor has the instructions that all kernels were compiled for, and also those of a variant. */
 static int can_run(int variant)
 {
     (void)variant;

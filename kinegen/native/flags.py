@@ -70,7 +70,7 @@ class Flags:
 
     def __post_init__(self) -> None:
         if self.march is not None and not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9+._-]*", self.march):
-            raise CompileError(f"{self.march!a} names no processor (native does, and what the compiler knows)")
+            raise CompileError(f"{self.march!a} is not a processor (expected native or a name that the compiler knows)")
 
     @property
     def variants(self) -> tuple[Variant, ...]:

@@ -55,8 +55,8 @@ def assemble(bars: Bars, angles: tuple[float, float], *, crossed: bool) -> Assem
     clear = [(crank, side > 0) for crank, side in sides if abs(side) > slack]
     for (_, before), (crank, after) in itertools.pairwise(clear):
         if before is not after:
-            remedy = "limits lie on one side of this dead centre"
-            raise LinkageError(f"crank and coupler stand in one line, where the rocker turns back; {remedy}", crank)
+            remedy = "keep the limits on one side of this dead centre"
+            raise LinkageError(f"crank and coupler are in line, where the rocker turns back; {remedy}", crank)
     ahead = 1 if clear and clear[0][1] else -1
     crank, rocker = cranks[STEPS // 2], rockers[STEPS // 2]
     natural = -round(rocker / math.tau)

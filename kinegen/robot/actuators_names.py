@@ -102,7 +102,8 @@ class _Names:
             for word in slot.words:
                 if word in drive.joints:
                     fail(
-                        f"{slot.label}: '{word}' is what the entry drives; only joints above may stand here", slot.line
+                        f"{slot.label}: '{word}' is what the entry drives; only joints above it are allowed here",
+                        slot.line,
                     )
             self._check(slot, tuple(self._driven) if key in _FOLLOWING else (), readings, ordered=key in _FOLLOWING)
         if key not in _FOLLOWING:
@@ -144,7 +145,7 @@ class _Names:
                 if word in self._parameters or word in joints or word in readings:
                     continue
                 if ordered and word in self._below:
-                    fail(f"joint '{word}' is driven on line {self._below[word]}; only joints above may stand here")
+                    fail(f"joint '{word}' is driven on line {self._below[word]}; only joints above it are allowed here")
                 self._refuse(word, joints, readings)
 
     def _refuse(self, word: str, joints: tuple[str, ...], readings: tuple[str, ...]) -> NoReturn:
@@ -153,7 +154,7 @@ class _Names:
         if word in self._types or word in self._readings:
             kind = "joint" if word in self._types else "actuator"
             here = ", ".join(quote(name) for name in (*joints, *readings))
-            fail(f"{kind} '{word}' cannot stand here " + (f"(only {here})" if here else "; this entry is constant"))
+            fail(f"{kind} '{word}' is not allowed here " + (f"(only {here})" if here else "; this entry is constant"))
         known = (*readings, *joints, *self._parameters)
         fail(f"undefined name {quote(word)} {expected(word, known)}" if known else f"undefined name {quote(word)}")
 

@@ -202,7 +202,7 @@ def _names(fields: Mapping[str, Node], key: str) -> tuple[str, ...]:
             fail("the list is empty")
         for name in found:
             if found.count(name) > 1:
-                fail(f"{quote(name)} stands in it twice")
+                fail(f"{quote(name)} occurs twice")
     return found
 
 

@@ -106,11 +106,11 @@ class _Resolver:
             try:
                 factors, rest = split(slot, kinds, angles, degrees=self.converter.degrees)
             except ExpressionError:
-                fail(f"'{reading.name}' must stand in it linearly, as in 2*{reading.name} + 1")
+                fail(f"it must be linear in '{reading.name}', as in 2*{reading.name} + 1")
             factor = factors.get(reading.name, ZERO)
             checked_value(rest, self.converter.values)
             if is_zero(checked_value(factor, self.converter.values)):
-                fail(f"'{reading.name}' must stand in it, as in 2*{reading.name} + 1")
+                fail(f"it must contain '{reading.name}', as in 2*{reading.name} + 1")
         return factor, rest
 
     def _dimension(self, joint: str) -> Dimension:
@@ -121,7 +121,7 @@ class _Resolver:
         value = self._free(slot)
         inside = tuple(name for name in names(value) if name not in self.converter.parameters)
         if not inside:
-            fail("neither an actuator nor a joint stands in its value, so the joint cannot move", slot.line)
+            fail("its value contains neither an actuator nor a joint, so the joint cannot move", slot.line)
         return Formula(raw.joints[0], tuple(name for name in inside if name in self.readings), value, raw.line)
 
     def _coupling(self, raw: RawDrive) -> Coupling:

@@ -192,7 +192,7 @@ def _check_arcs(robot: Robot, wanted: frozenset[str]) -> None:
     """Refuse a parameter in an arc of the table, which kernels get as a constant."""
     for expression in _expressions((robot.rows, robot.base, robot.tool, robot.frames)):
         for name in (name for arc in arcs(expression) for name in names(arc) if name in wanted):
-            raise KinegenError(f"parameter '{name}' stands in asin, acos, atan or atan2; make the angle a parameter")
+            raise KinegenError(f"parameter '{name}' is in asin, acos, atan or atan2; make the angle a parameter")
 
 
 def _check_roots(robot: Robot, wanted: frozenset[str]) -> None:

@@ -57,7 +57,7 @@ class Converter:
         """Refuse a runtime parameter in an arc: kernels get such angles as constants."""
         for name in (name for arc in arcs(expression) for name in names(arc)):
             if name in self.parameters and self.parameters[name].runtime:
-                where = "cannot stand in asin, acos, atan or atan2"
+                where = "is not allowed in asin, acos, atan or atan2"
                 fail(f"'{name}' is set at run time and {where}; make the angle a parameter")
 
     def row(self, raw: RawRow) -> Row:
@@ -105,7 +105,7 @@ class Converter:
             if is_zero(checked_value(low, {}) - checked_value(high, {})):
                 fail(f"the two are equal; {remedy}")
             if checked_value(low, {}) > checked_value(high, {}):
-                fail("they stand the wrong way round; the lower one comes first")
+                fail("the lower limit exceeds the upper limit")
         return low, high
 
     def closed(self, slot: Slot) -> Expression:

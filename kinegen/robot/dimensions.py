@@ -152,7 +152,7 @@ class _Uses:
             unknown = [i for i, found in enumerate(known) if not found]
             if not fitting and len(unknown) > 1 and dimension is Dimension.ANGLE:
                 words = dict.fromkeys(f"'{name}'" for i in unknown for name in names(candidates[i]))
-                fail(f"cannot tell which is the angle, {' or '.join(words)}; give the parameters a dimension", line)
+                fail(f"cannot decide which is the angle, {' or '.join(words)}; give the parameters a dimension", line)
             chosen = (fitting or unknown)[-1:]
             for i, factor in enumerate(candidates):
                 if i in chosen:

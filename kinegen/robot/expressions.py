@@ -179,7 +179,7 @@ def parse(text: str, functions: tuple[str, ...] = FUNCTIONS) -> Expression:
         raise ExpressionError("the expression is empty")
     if _SPELLING.match(text) is None:
         bad = next(character for character in text if _SPELLING.match(character) is None)
-        raise ExpressionError(f"{bad!r} cannot stand in an expression")
+        raise ExpressionError(f"{bad!r} is not allowed in an expression")
     if _depth(text) > MAX_DEPTH:
         raise ExpressionError(f"brackets are nested more than {MAX_DEPTH} deep")
     exact: list[Fraction] = []
@@ -261,7 +261,7 @@ class _Conversion:
             case ast.Call(ast.Name(name), arguments, []):
                 return self._call(name.removeprefix("v_"), arguments, depth)
             case ast.Tuple():
-                raise ExpressionError("',' cannot stand in an expression (a decimal point is written '.')")
+                raise ExpressionError("',' is not allowed in an expression (a decimal point is written '.')")
         words = ", ".join(self.functions)
         raise ExpressionError(f"only numbers, names, pi, {words}, + - * / ** and brackets are allowed")
 

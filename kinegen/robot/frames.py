@@ -162,7 +162,7 @@ def _parents_first(frames: dict[str, RawFrame]) -> tuple[RawFrame, ...]:
         if not ready:
             first = next(iter(waiting.values()))
             circle = ", ".join(quote(name) for name in _circle(first.name, waiting))
-            fail(f"frames {circle} stand on one another in a circle", first.line)
+            fail(f"frames {circle} form a cycle", first.line)
         for frame in ready:
             done[frame.name] = frame
             del waiting[frame.name]

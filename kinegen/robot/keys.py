@@ -28,7 +28,7 @@ TOP = {
     "kinegen": "Version of this format; always 1.",
     "name": "Name of the robot: a C identifier that prefixes everything public.",
     "description": "One line about the robot; it is repeated in headers and docstrings.",
-    "version": "Version of the robot for packages, as 1.2.0; without it they get one made of the model's digest.",
+    "version": "Version of the robot in packages, such as 1.2.0; by default one made from the digest of the model.",
     "convention": "How a row of the table becomes a transform; never guessed.",
     "units": "Length and angle units of this file; never guessed.",
     "parameters": "Named constants that the entries below may use.",
@@ -61,8 +61,8 @@ PARAMETER = {
 ENTRIES = {
     "a": "Link length, along x.",
     "alpha": "Twist, about x.",
-    "d": "Offset, along z; q stands here for a prismatic joint.",
-    "theta": "Angle, about z; q stands here for a revolute joint.",
+    "d": "Offset, along z; q goes here for a prismatic joint.",
+    "theta": "Angle, about z; q goes here for a revolute joint.",
     "beta": "Second twist, about y, of nearly parallel axes (hayati rows only).",
 }
 ROW_ENTRIES: dict[Convention, tuple[str, ...]] = {
@@ -82,7 +82,7 @@ ROW_COMMON = {
     "name": "Name of the joint and of the frame that the row reaches.",
     "ets": "Elementary transforms in order, such as [Rz(q), Tx(l1), Ry(-90)], instead of a table row.",
     "parent": "Name of an earlier row, or base; without it the row follows the one above.",
-    "offset": "Constant that is added to q where it stands: theta or d becomes q + offset.",
+    "offset": "Constant that is added to q: theta or d becomes q + offset.",
     "limits": "Lower and upper bound of the joint's own variable q, without the offset.",
     "type": "Checked against what the row says, if given.",
     "convention": "Convention of this row, where it differs from the file's.",
@@ -135,9 +135,9 @@ DRIVE = {
     "value": "The joint as a free expression of readings, earlier joints and parameters.",
     "actuator": "Whose reading the form takes.",
     "actuators": "The readings of a coupling, one for each column of its matrix.",
-    "ratio": "How far the actuator goes for one unit of the joint, such as 100 turns for one turn.",
+    "ratio": "How far the actuator moves for one unit of the joint, such as 100 turns for one turn.",
     "matrix": "One row for each joint: joints = matrix*readings + offsets.",
-    "offsets": "One value for each joint of a coupling; earlier joints may stand in it.",
+    "offsets": "One value for each joint of a coupling; it may use earlier joints.",
     "sides": "The two fixed sides of the triangle that a linear actuator closes.",
     "length": "Length of a linear actuator, linear in its reading; the reading itself if left out.",
     "ground": "Distance between the pivots of crank and rocker.",
@@ -146,8 +146,8 @@ DRIVE = {
     "rocker": "Length of the bar that turns with the joint.",
     "angle": "Angle of the crank from the ground line, linear in its reading; the reading itself if left out.",
     "branch": "Assembly with the crank between 0 and 180 degrees: open, as in a parallelogram, or crossed.",
-    "sign": "1, or -1 where the joint goes the other way.",
-    "offset": "What is added to give the joint; earlier joints may stand in it, as in 90 - shoulder.",
+    "sign": "1, or -1 where the joint moves in the other direction.",
+    "offset": "What is added to give the joint; it may use earlier joints, as in 90 - shoulder.",
 }
 
 SYNONYMS = {

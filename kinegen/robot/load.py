@@ -34,7 +34,7 @@ def load(path: str | Path) -> Robot:
     try:
         if not stat.S_ISREG(Path(path).stat().st_mode):
             kind = "a folder" if Path(path).is_dir() else "not a regular file"
-            raise RobotFileError(f"this is {kind}; a robot file is wanted", shown)
+            raise RobotFileError(f"this is {kind}; expected a robot file", shown)
         with Path(path).open("rb") as file:
             # One byte too many is enough to see that a file is too large.
             data = file.read(MAX_BYTES + 1)
@@ -42,7 +42,7 @@ def load(path: str | Path) -> Robot:
         reason = error.strerror or type(error).__name__
         raise RobotFileError(f"cannot be read: {reason.lower()}", shown) from None
     except ValueError:
-        raise RobotFileError("this is no file name", shown) from None
+        raise RobotFileError("this is not a file name", shown) from None
     return loads(data, str(path))
 
 

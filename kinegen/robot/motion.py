@@ -47,11 +47,11 @@ def _check_offset(row: RawRow, offset: Slot, kind: JointType) -> None:
     """Refuse an offset that has no q to be added to, or that could be read in two ways."""
     with within("offset", offset.line):
         if kind not in MOVING:
-            fail(f"it is added to q, and no q stands in the row ({STILL[kind]})")
+            fail(f"it is added to q, and the row has no q ({STILL[kind]})")
         own = [slot for slot in row.slots if OWN in slot.words]
         if len(own) > 1:
             places = " and ".join(slot.label for slot in own)
-            fail(f"q stands in {places}; write what is added to it there and leave offset out")
+            fail(f"q is in {places}; write the sum there and leave offset out")
         if own[0].expression != Name(OWN):
             fail(f"{own[0].label} is not q alone, so offset could be read in two ways; write the sum there instead")
 
@@ -85,7 +85,7 @@ def check_names(slot: Slot, parameters: Collection[str], types: Mapping[str, Joi
             if name in types:
                 _refuse_joint(slot, name, types[name])
             elif name == OWN:
-                fail("q stands for the variable of a row and has no meaning here")
+                fail("q is the variable of a row and has no meaning here")
             elif name.lower() in _NOT_FINITE:
                 fail(f"{quote(name)} is not a finite number")
             elif options := [*own, *parameters, *moving]:
@@ -96,7 +96,7 @@ def check_names(slot: Slot, parameters: Collection[str], types: Mapping[str, Joi
 
 def _refuse_joint(slot: Slot, name: str, kind: JointType) -> None:
     if slot.axis is None:
-        fail(f"joint variable '{name}' cannot stand here; this entry is constant")
+        fail(f"joint variable '{name}' is not allowed here; this entry is constant")
     if kind not in MOVING:
         fail(f"joint '{name}' has no variable of its own ({STILL[kind]})")
 
@@ -108,7 +108,7 @@ def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:
             fail(f"{slot.label}: the joint's own variable is written q, not '{row.name}'", slot.line)
     for slot in own:
         if slot.axis is None:
-            fail(f"{slot.label}: q cannot stand here (only in theta, d or an ets step)", slot.line)
+            fail(f"{slot.label}: q is not allowed here (only in theta, d or an ets step)", slot.line)
     if not own:
         follows = any(joints.intersection(slot.words) for slot in row.slots)
         return JointType.FOLLOWER if follows else JointType.FIXED
@@ -116,7 +116,7 @@ def _joint_type(row: RawRow, joints: frozenset[str]) -> JointType:
         return JointType.REVOLUTE if own[0].dimension is Dimension.ANGLE else JointType.PRISMATIC
     if not _is_screw(row, own):
         places = ", ".join(slot.label for slot in own[:4])
-        fail(f"q stands in {places}; only a screw has it twice, in a turn and a shift along one axis", own[1].line)
+        fail(f"q is in {places}; only a screw has it twice, in a turn and a shift along one axis", own[1].line)
     return JointType.SCREW
 
 
@@ -132,5 +132,5 @@ def _is_screw(row: RawRow, own: list[Slot]) -> bool:
 def _reason(row: RawRow, kind: JointType) -> str:
     places = [slot.label for slot in row.slots if OWN in slot.words]
     if places:
-        return f"q stands in {' and '.join(places)}, so the joint is {kind}"
-    return f"no q stands in the row, so the joint is {kind}"
+        return f"q is in {' and '.join(places)}, so the joint is {kind}"
+    return f"the row has no q, so the joint is {kind}"

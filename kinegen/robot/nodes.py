@@ -39,7 +39,7 @@ def _refuse_cut(node: Node) -> None:
         case _:
             cut = []
     if cut:
-        fail("text with a comma in it, as atan2(y, x), stands in quotation marks between braces", cut[0])
+        fail("text with a comma, such as atan2(y, x), must be quoted between braces", cut[0])
 
 
 def mapping(node: Node, keys: Collection[str], example: str) -> dict[str, Node]:

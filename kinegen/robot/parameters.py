@@ -93,7 +93,7 @@ def _check_names(parameter: RawParameter, above: list[str], every: list[str], jo
         if name == parameter.name:
             fail("its value names itself")
         if name in every:
-            fail(f"'{name}' stands below; a value may use the parameters above it")
+            fail(f"'{name}' is below; a value may use only the parameters above it")
         if name in joints or name == OWN:
             fail(f"a parameter is constant and cannot follow joint variable '{name}'")
         fail(f"undefined name {quote(name)} {expected(name, above)}" if above else f"undefined name {quote(name)}")

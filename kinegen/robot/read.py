@@ -97,9 +97,9 @@ def _version(node: Node | None) -> str:
     if node is None:
         return ""
     with within("version", node.line):
-        text = word(node, "three numbers, as 1.2.0")
+        text = word(node, "three numbers, such as 1.2.0")
         if re.match(keys.VERSION_PATTERN, text) is None:
-            fail(f"{quote(text)} is not three numbers, as 1.2.0")
+            fail(f"{quote(text)} is not three numbers, such as 1.2.0")
     return text
 
 

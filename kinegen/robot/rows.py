@@ -141,6 +141,6 @@ def _parent(node: Node | None, name: str, above: list[RawRow], lines: dict[str, 
             fail(f"{quote(BASE)} is a joint here (line {lines[BASE]}) as well as the root frame; rename the joint")
         if parent not in (BASE, *names):
             if parent in lines:
-                fail(f"{quote(parent)} stands below (line {lines[parent]}); a parent stands above its children")
+                fail(f"{quote(parent)} is below (line {lines[parent]}); a parent must be above its children")
             fail(f"there is no row {quote(parent)} {expected(parent, [BASE, *names])}")
         return parent

@@ -201,7 +201,7 @@ def linear(expression: Expression, variables: frozenset[str]) -> tuple[dict[str,
         case _:
             inside = [name for name in names(expression) if name in variables]
             if inside:
-                raise ExpressionError(f"joint variable '{inside[0]}' must stand linearly, as in '2*{inside[0]} + 1'")
+                raise ExpressionError(f"joint variable '{inside[0]}' must be linear, as in '2*{inside[0]} + 1'")
             return {}, expression
 
 

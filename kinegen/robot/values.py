@@ -113,7 +113,7 @@ def check_roots(expression: Expression, values: Mapping[str, Decimal], varied: C
         inside = [name for name in names(root) if name in varied]
         if inside and is_zero(checked_value(root, values)):
             raise ExpressionError(
-                f"'{inside[0]}' is set at run time and stands in a square root that is zero by the values of the file, "
+                f"'{inside[0]}' is set at run time and is in a square root that is zero with the values of the file, "
                 "where it has no derivative; give the parameter another value, or make the root the parameter"
             )
 

@@ -113,7 +113,7 @@ def _refuse_control_characters(text: str) -> None:
     for number, line in enumerate(text.split("\n"), start=1):
         bad = next((c for c in line if (c < " " and c != "\t") or "\x7f" <= c <= "\x9f" or c in "\u2028\u2029"), None)
         if bad is not None:
-            fail(f"control character {bad!a} cannot stand in a robot file", number)
+            fail(f"control character {bad!a} is not allowed in a robot file", number)
 
 
 def _reason(error: Exception) -> str:
@@ -125,7 +125,7 @@ def _reason(error: Exception) -> str:
 def _explain(error: yaml.MarkedYAMLError) -> str:
     problem = error.problem or "it cannot be read"
     if problem == "mapping values are not allowed here":
-        problem += " (text with ': ' in it stands in quotation marks)"
+        problem += " (text that contains ': ' must be quoted)"
     if r"found character '\t'" in problem:
         return "tab characters cannot indent YAML; use spaces"
     context = f" ({error.context}" if error.context else ""
@@ -207,7 +207,7 @@ class _Composer:
                 fail("merge keys '<<' are not supported; write the entries out", key.line)
             if key.text in entries:
                 first = entries[key.text][0].line
-                fail(f"key {quote(key.text)} stands twice in one mapping (first on line {first})", key.line)
+                fail(f"key {quote(key.text)} occurs twice in one mapping (first on line {first})", key.line)
             entries[key.text] = (key, next(children))
         size = NODE_SIZE + sum(key.size + value.size for key, value in entries.values())
         return Mapping(tuple(entries.values()), line, size)

@@ -117,7 +117,9 @@ def _jacobian(robot: Robot, start: FrameName, end: FrameName, reference: Referen
     name = jacobian_name(start, end, reference)
     turns = _turns(robot, start, end)
     if turns > MOST_TURNS:
-        raise KinegenError(f"{name} has {turns} turns and is too long to be printed; a shorter part has --from, --to")
+        raise KinegenError(
+            f"{name} has {turns} turns and is too long to be printed; select a part with --from and --to"
+        )
     return Product(name, (jacobian_form(robot, start, end, reference, labels),))
 
 
@@ -125,7 +127,9 @@ def _form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels) -
     turns = _turns(robot, start, end)
     if turns > TURNS_OF_A_LINK:
         name = transform_name(start, end)
-        raise KinegenError(f"{name} has {turns} turns and is too long to be printed; a shorter part has --from, --to")
+        raise KinegenError(
+            f"{name} has {turns} turns and is too long to be printed; select a part with --from and --to"
+        )
     return closed_form(robot, start, end, labels)
 
 

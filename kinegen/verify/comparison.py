@@ -94,4 +94,4 @@ class Proof:
 
 def _remedy(comparison: Comparison) -> str:
     """What builds the robot all the same, where kernels in float are what fails."""
-    return "; --real double leaves float out" if " float" in comparison.target else ""
+    return "; --real double builds without float" if " float" in comparison.target else ""

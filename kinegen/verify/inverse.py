@@ -206,7 +206,9 @@ class _Tester:
         if not np.isin(valid, (0, 1)).all():
             raise ProofError(f"{self.robot.name}: {target} {self.quantity} gives validity other than 0 and 1")
         if (~np.isfinite(joints).all(axis=2) & (valid != 0)).any():
-            raise ProofError(f"{self.robot.name}: {target} {self.quantity} calls a solution valid that is not finite")
+            raise ProofError(
+                f"{self.robot.name}: {target} {self.quantity} reports a solution as valid that is not finite"
+            )
 
     def _require_limits(self, target: str, joints: FloatArray, solved: Truths) -> None:
         """See that every joint of a valid solution is within its limits, but for what is stated."""

@@ -56,7 +56,7 @@ def require_routines(robot: Robot, probe: Probe) -> None:
         wrong = check(probe, name)
         if wrong is not None:
             raise ProofError(
-                f"{robot.name}: {routine} of the {probe.real} {form} kernels is off by more than promised at "
+                f"{robot.name}: {routine} of the {probe.real} {form} kernels is off by more than the header states at "
                 f"{', '.join(f'{float(number):.9g}' for number in wrong)}; nothing was written"
             )
 

@@ -165,7 +165,7 @@ class _Tester:
         beyond = reference.pose(self.robot, ends)[:, 0].astype(targets.dtype)
         self._require_limits(numeric_inverse(beyond, starts, params=self.params, restarts=0).q)
         if steps.max() > 5 or short.max() > 4:
-            raise ProofError(f"{self._name} takes more steps than it may; nothing was written")
+            raise ProofError(f"{self._name} takes more steps than allowed; nothing was written")
         for what, change in (("NaN", np.nan), ("an infinity", np.inf), ("no rotation", 2.0), ("a reflection", -1.0)):
             spoilt = targets.copy()
             spoilt[:, :3, 0 if abs(change) <= 2 else 3] *= change
@@ -176,7 +176,9 @@ class _Tester:
 
     def _require_solved(self, solved: Truths, near: Truths) -> None:
         if (solved & ~near.all(axis=1)).any():
-            raise ProofError(f"{self._name} calls solved what is not by its own errors; nothing was written")
+            raise ProofError(
+                f"{self._name} reports targets as solved whose errors exceed the tolerance; nothing was written"
+            )
         if solved.mean() < LEAST_SHARE:
             raise ProofError(
                 f"{self._name} solves only {int(solved.sum()):,} of {len(solved):,} reachable targets; nothing was "

@@ -33,7 +33,7 @@ def check_cloud(path: Path) -> None:
         KinegenError: If its name ends in none of `FORMATS`, or it takes pyarrow and that is not installed.
     """
     if path.suffix.lower() not in FORMATS:
-        raise KinegenError(f"{path}: clouds are written as {' or '.join(FORMATS)}, expected a name that ends so")
+        raise KinegenError(f"{path}: clouds are written as {' or '.join(FORMATS)}, expected a name with such an ending")
     if path.suffix.lower() == ".parquet":
         library("pyarrow.parquet", _PURPOSE)
 

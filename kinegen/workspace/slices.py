@@ -68,7 +68,7 @@ def check_picture(path: Path) -> None:
         KinegenError: If its name ends in none of `FORMATS`, or matplotlib is not installed.
     """
     if path.suffix.lower() not in FORMATS:
-        raise KinegenError(f"{path}: slices are written as {' or '.join(FORMATS)}, expected a name that ends so")
+        raise KinegenError(f"{path}: slices are written as {' or '.join(FORMATS)}, expected a name with such an ending")
     library("matplotlib", _PURPOSE)
 
 

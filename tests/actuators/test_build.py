@@ -109,7 +109,7 @@ def test_what_is_impossible_is_nan_and_named(built: Any) -> None:
     assert np.isnan(poses[1, :3, :3]).any(axis=1).all()
     assert np.isnan(package.actuators_to_joints(readings)[1, 1:]).all()
     with pytest.raises(
-        ValueError, match=r"actuator 'ram' reads 0\.9 m at \[1\], 0\.2 m beyond; it goes from 0\.3 to 0\.7 m"
+        ValueError, match=r"actuator 'ram' reads 0\.9 m at \[1\], 0\.2 m beyond; its range is 0\.3 to 0\.7 m"
     ):
         package.fk_actuators(package.check_actuators(readings))
 

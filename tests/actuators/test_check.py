@@ -24,16 +24,16 @@ def test_readings_within_their_ranges_come_back() -> None:
 @pytest.mark.parametrize(
     ("readings", "message"),
     [
-        ([1.5, 0.5, 0], "actuator 'm1' reads 1.5 rad, 0.5 rad beyond; it goes from -1 to 1 rad"),
-        ([0, 0.1, 0], "actuator 'wire' reads 0.1 m, 0.1 m beyond; it goes from 0.2 to 0.8 m"),
-        ([0, math.nan, 0], "actuator 'wire' reads nan m; it goes from 0.2 to 0.8 m"),
+        ([1.5, 0.5, 0], "actuator 'm1' reads 1.5 rad, 0.5 rad beyond; its range is -1 to 1 rad"),
+        ([0, 0.1, 0], "actuator 'wire' reads 0.1 m, 0.1 m beyond; its range is 0.2 to 0.8 m"),
+        ([0, math.nan, 0], "actuator 'wire' reads nan m; its range is 0.2 to 0.8 m"),
         ([0, 0.5, math.nan], "actuator 'm3' reads nan, which is not a finite number"),
         ([0, 0.5, math.inf], "actuator 'm3' reads inf, which is not a finite number"),
         ([0, 0.5, -math.inf], "actuator 'm3' reads -inf, which is not a finite number"),
-        ([0, 0.19999999, 0], "actuator 'wire' reads 0.2 m, 1e-08 m beyond; it goes from 0.2 to 0.8 m"),
-        ([0, math.inf, 0], "actuator 'wire' reads inf m; it goes from 0.2 to 0.8 m"),
-        ([[0, 0.5, 0], [0, 0.9, 0]], r"actuator 'wire' reads 0.9 m at \[1\], 0.1 m beyond; it goes"),
-        (np.full((2, 3, 3), 2.0), r"actuator 'm1' reads 2 rad at \[0, 0\], 1 rad beyond; it goes"),
+        ([0, 0.19999999, 0], "actuator 'wire' reads 0.2 m, 1e-08 m beyond; its range is 0.2 to 0.8 m"),
+        ([0, math.inf, 0], "actuator 'wire' reads inf m; its range is 0.2 to 0.8 m"),
+        ([[0, 0.5, 0], [0, 0.9, 0]], r"actuator 'wire' reads 0.9 m at \[1\], 0.1 m beyond; its range"),
+        (np.full((2, 3, 3), 2.0), r"actuator 'm1' reads 2 rad at \[0, 0\], 1 rad beyond; its range"),
         ([0, 0.5], r"actuators has shape \(2,\), expected \(\.\.\., 3\)"),
     ],
 )

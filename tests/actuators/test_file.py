@@ -115,8 +115,8 @@ def test_functions_of_actuators(text: str, tree: object) -> None:
         ("atan2(1)", "atan2 takes 2 values, found 1"),
         ("acos()", "acos takes 1 value, found 0"),
         ("tan(1)", "unknown function 'tan'"),
-        ("m, 2", "',' cannot stand in an expression"),
-        ("m[2]", r"'\[' cannot stand in an expression"),
+        ("m, 2", "',' is not allowed in an expression"),
+        ("m[2]", r"'\[' is not allowed in an expression"),
         ("(m).real", "only numbers, names, pi, sqrt, asin, acos, atan, atan2, sin, cos"),
     ],
 )

@@ -114,11 +114,11 @@ MADE = {
     ),
     "control character": (
         GOOD.encode() + b"# \x1b[2J\n",
-        r"made.yaml:7: control character '\x1b' cannot stand in a robot file",
+        r"made.yaml:7: control character '\x1b' is not allowed in a robot file",
     ),
     "line separator": (
         GOOD.encode() + "# a\u2028b\n".encode(),
-        r"made.yaml:7: control character '\u2028' cannot stand in a robot file",
+        r"made.yaml:7: control character '\u2028' is not allowed in a robot file",
     ),
     "bidirectional text": (
         GOOD.encode() + "description: arm \u202e evil\n".encode(),
@@ -180,7 +180,7 @@ def test_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("arm.yaml").mkdir()
 
-    assert message_of("arm.yaml") == "arm.yaml: this is a folder; a robot file is wanted"
+    assert message_of("arm.yaml") == "arm.yaml: this is a folder; expected a robot file"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are Unix's")
@@ -188,7 +188,7 @@ def test_a_pipe_does_not_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(tmp_path)
     os.mkfifo("arm.yaml")
 
-    assert message_of("arm.yaml") == "arm.yaml: this is not a regular file; a robot file is wanted"
+    assert message_of("arm.yaml") == "arm.yaml: this is not a regular file; expected a robot file"
 
 
 def test_an_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,6 +205,6 @@ def test_an_unreadable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_file_names_that_no_system_has() -> None:
-    assert message_of("arm\0.yaml") == r"arm\x00.yaml: this is no file name"
+    assert message_of("arm\0.yaml") == r"arm\x00.yaml: this is not a file name"
     assert message_of("x" * 300).endswith("cannot be read: file name too long")
     assert message_of("\x1b[31m.yaml") == r"\x1b[31m.yaml: cannot be read: no such file or directory"

@@ -108,5 +108,5 @@ def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.Monkey
 
 
 def test_a_number_type_that_a_target_lacks_is_refused() -> None:
-    with pytest.raises(KinegenError, match="atmega2560 has no double of 64 bits: take --real float"):
+    with pytest.raises(KinegenError, match="atmega2560 has no double of 64 bits: use --real float"):
         measure(kernels("scara", Quantity.POSE), Real.DOUBLE, TARGETS["atmega2560"])

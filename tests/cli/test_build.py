@@ -115,7 +115,7 @@ def test_several_robots_get_a_line_for_files_and_one_for_the_proof(
 
     assert re.findall(r"^  files (.*): \d+ new$", printed, re.M) == [str(out / "two"), str(out / "screw")]
     assert (
-        len(re.findall(r"^  proof holds for [\d,]+ poses; worst \S+ % of what is accepted, in NumPy", printed, re.M))
+        len(re.findall(r"^  proof holds for [\d,]+ poses; worst \S+ % of the accepted error, in NumPy", printed, re.M))
         == 2
     )
 
@@ -364,7 +364,7 @@ def test_a_link_as_output_folder_is_refused(two: str, tmp_path: Path, capsys: py
 
     assert main(["build", "--no-compile", two, "-o", str(tmp_path / "link")]) == 1
 
-    assert "link is a symbolic link; name the folder that it leads to; nothing was written" in capsys.readouterr().err
+    assert "link is a symbolic link; name the folder that it points to; nothing was written" in capsys.readouterr().err
     assert not any((tmp_path / "target").iterdir())
 
 

@@ -84,4 +84,4 @@ def test_after_a_bad_file_the_others_are_read(file: Path, tmp_path: Path, capsys
     out, err = capsys.readouterr()
     assert out.startswith(f"{file}: ok, ")
     assert err.startswith(f"error: {bad}:10: joint 2 (slide): unknown key 'alhpa'")
-    assert err.endswith("\n1 of 2 files are bad\n")
+    assert err.endswith("\n1 of 2 files have errors\n")

@@ -123,7 +123,7 @@ def test_a_chain_without_joints_takes_no_values(capsys: pytest.CaptureFixture[st
         (["0", "--deg"], "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
         (["x", "0"], "turn: 'x' is not a number"),
         (["0", "1/0"], "slide: division by zero"),
-        (["1,5", "0"], "turn: ',' cannot stand in an expression (a decimal point is written '.')"),
+        (["1,5", "0"], "turn: ',' is not allowed in an expression (a decimal point is written '.')"),
         (["--", "--1", "-"], "slide: '-' is not an expression"),
         (["--foo", "0"], "No such option"),
     ],

@@ -23,7 +23,7 @@ def test_what_is_missing_and_what_serves_instead(capsys: pytest.CaptureFixture[s
     assert main(["inspect", str(ROBOTS / "iiwa14.yaml"), str(ROBOTS / "scara.yaml")]) == 0
     text = capsys.readouterr().out
     assert "iiwa14.yaml: no closed-form inverse\n  no family of closed forms has the joints RRRRRRR\n" in text
-    assert "The numeric inverse serves every arm: kinegen build --outputs numeric_inverse\n" in text
+    assert "The numeric inverse works for every arm: kinegen build --outputs numeric_inverse\n" in text
     assert "scara.yaml: SCARA, joints RRP\n" in text
 
 

@@ -375,6 +375,6 @@ def test_a_cache_that_others_may_write_to_is_told_once(
 
     assert capsys.readouterr().err == (
         f"warning: the cache {tmp_path / 'kinegen'} is not used, since other users may write to it; delete it, and it "
-        "is made anew\n"
+        "is created again\n"
     )
     assert not list((tmp_path / "kinegen").iterdir())

@@ -74,7 +74,7 @@ def test_a_chain_that_no_page_holds_is_refused(capsys: pytest.CaptureFixture[str
     assert main(["show", str(ROBOTS / "human_body.yaml"), "--output", "jacobian"]) == 1
 
     assert capsys.readouterr().err == (
-        "error: base_J_tool has 21 turns and is too long to be printed; a shorter part has --from, --to\n"
+        "error: base_J_tool has 21 turns and is too long to be printed; select a part with --from and --to\n"
     )
 
 

@@ -25,7 +25,7 @@ def test_no_header_promises_that_a_root_or_an_angle_has_no_branch(kind: Kind) ->
 
     assert NO_BRANCH in straight
     assert NO_BRANCH not in other
-    assert "compilers may make branches; no other function has any" in other
+    assert "into branches; no other function has any" in other
 
 
 def test_headers_for_float_name_the_rule_of_esp32_for_interrupts() -> None:
@@ -38,7 +38,7 @@ def test_headers_for_float_name_the_rule_of_esp32_for_interrupts() -> None:
 @pytest.mark.parametrize(
     ("outputs", "sentence"),
     [
-        ("pose", "every function takes the same instructions whatever it is given"),
+        ("pose", "every function takes the same instructions for every input"),
         ("pose,fk_jacobian,numeric_inverse", "every function but the search takes the same instructions"),
         ("pose,quaternion_wxyz", "a function without square roots, arc tangents and selections takes the same"),
     ],

@@ -65,7 +65,7 @@ def test_without_one_it_is_made_of_the_digest() -> None:
     "version", ["1", "1.2", "1.2.3.4", "v1.2.3", "1.02.3", "1.2.3-rc1", "1.2.x", "1234567.0.0", "[1]"]
 )
 def test_other_versions_are_refused(version: str) -> None:
-    with pytest.raises(RobotFileError, match=r"arm\.yaml:3: version: .*three numbers, as 1\.2\.0"):
+    with pytest.raises(RobotFileError, match=r"arm\.yaml:3: version: .*three numbers, such as 1\.2\.0"):
         arm(version)
 
 

@@ -161,7 +161,7 @@ HALF = "1/2 of the angle of joint 'j1' is not clear in binary angles; give it li
         (
             f"{LENGTH}joints:\n  - {{name: j1, theta: q, d: 0, a: 1/a, alpha: 0}}",
             None,
-            "a runtime parameter stands in a divisor",
+            "a runtime parameter is in a divisor",
         ),
         (
             f"{LENGTH}joints:\n  - {{name: j1, theta: q, d: 0, a: a*a, alpha: 0}}",
@@ -191,7 +191,7 @@ def test_what_is_no_pose_is_refused_in_one_line(output: str) -> None:
     with pytest.raises(KinegenError) as refusal:
         plan_fixed(robot, [program])
 
-    message = f"q30 kernels compute pose, frames and position, not {output}; build the others apart, without q30"
+    message = f"q30 kernels compute pose, frames and position, not {output}; build the others separately, without q30"
     assert str(refusal.value) == f"puma560.yaml: {message}"
 
 

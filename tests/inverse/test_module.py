@@ -107,7 +107,7 @@ def test_what_is_no_pose_is_refused(ur5: ModuleType, target: np.ndarray, reason:
 def test_other_uses_are_refused_in_words(ur5: ModuleType) -> None:
     with pytest.raises(ValueError, match="nearest has shape"):
         ur5.inverse(np.eye(4), nearest=np.zeros(5))
-    with pytest.raises(ValueError, match="nearest goes with neither out"):
+    with pytest.raises(ValueError, match="nearest cannot be combined with out"):
         ur5.inverse(np.eye(4), nearest=np.zeros(6), out=(np.empty((8, 6)), np.empty(8)))
 
 

@@ -47,12 +47,12 @@ FAMILIES = {
 REASONS = {
     "blocks": "it has no joint variable",
     "hand": "it has 5 tips, not one: thumb_tip, index_tip, middle_tip, ring_tip, little_tip",
-    "screw": "joint 1 (spindle) moves more than one thing: a screw, or a row that follows it",
+    "screw": "joint 1 (spindle) moves more than one row: it is a screw, or another row follows it",
     "panda": "no family of closed forms has the joints RRRRRRR",
     "calibrated_2r": "joint 2 (joint_2): its direction depends on the runtime parameter skew, tilt",
-    "jaco2": "not an arm with a spherical wrist: axes 4 and 5 are not at right angles: they stand at 60 deg",
-    "rrr_nonplanar_1": "not an arm that puts a point in its place: the point that joint 3 is to carry lies on its axis",
-    "rpr_polar": "not an arm that puts a point in its place: no family of closed forms begins with the joints RPR",
+    "jaco2": "not an arm with a spherical wrist: axes 4 and 5 are not at right angles: they are at 60 deg",
+    "rrr_nonplanar_1": "not an arm for the position of a point: the point that joint 3 is to carry lies on its axis",
+    "rpr_polar": "not an arm for the position of a point: no family of closed forms begins with the joints RPR",
 }
 
 
@@ -81,7 +81,7 @@ def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> N
         (
             "wrist_bend, alpha: 90",
             "wrist_bend, alpha: 89",
-            "axes 4 and 5 are not at right angles: they stand at 89 deg",
+            "axes 4 and 5 are not at right angles: they are at 89 deg",
         ),
         (
             "wrist_bend, alpha: 90",
@@ -89,7 +89,7 @@ def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> N
             "axes 4 and 5 are not at right angles: off by 1.7e-09 rad",
         ),
         ("elbow,      alpha: 0", "elbow,      alpha: 0.000001", "axes 2 and 3 are not parallel: off by 1.7e-08 rad"),
-        ("elbow,      alpha: 0", "elbow,      alpha: 0.01", "axes 2 and 3 are not parallel: they stand at 0.01 deg"),
+        ("elbow,      alpha: 0", "elbow,      alpha: 0.01", "axes 2 and 3 are not parallel: they are at 0.01 deg"),
         ("shoulder,   alpha: -90", "shoulder,   alpha: 0", "axes 1 and 2 are parallel"),
     ],
 )

@@ -168,7 +168,7 @@ def test_a_compiler_named_wrongly_is_named(tmp_path: Path, monkeypatch: pytest.M
     ("text", "words"),
     [
         ('"gcc', "CC is not a command: no closing quotation in '\"gcc'"),
-        ("true", "'true' reported success and wrote no _native.abi3.so; CC has to name a C compiler"),
+        ("true", "'true' reported success and wrote no _native.abi3.so; CC must name a C compiler"),
     ],
 )
 def test_a_compiler_that_is_none_is_named(
@@ -190,7 +190,7 @@ def test_a_compiler_that_does_not_end_is_ended_with_all_that_it_started(
     monkeypatch.setenv("KINEGEN_COMPILER_SECONDS", "0.5")
     begin = time.monotonic()
 
-    with pytest.raises(CompileError, match=r"it was ended after 0\.5 s; KINEGEN_COMPILER_SECONDS can name more"):
+    with pytest.raises(CompileError, match=r"it was stopped after 0\.5 s; KINEGEN_COMPILER_SECONDS can name more"):
         build(tmp_path / "cache")
 
     assert time.monotonic() - begin < 30

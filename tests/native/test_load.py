@@ -93,7 +93,7 @@ def test_an_extension_for_a_better_processor_is_named(folder: Path) -> None:
 def test_a_future_numpy_is_not_trusted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(np, "__version__", "3.0.0")
 
-    with pytest.warns(RuntimeWarning, match="it serves CPython with NumPy 1 or 2"):
+    with pytest.warns(RuntimeWarning, match="it needs CPython and NumPy 1 or 2"):
         module = load_package(folder)
 
     assert module.backend == "numpy"

@@ -71,7 +71,7 @@ BREAKS: dict[str, tuple[Change, str]] = {
     ),
     "an angle that is not looked at": (
         first(r" && \(rotation_error <= search->rotation_tolerance\)", ""),
-        "C double numeric_inverse calls solved what is not",
+        "C double numeric_inverse reports targets as solved",
     ),
     "a whole turn beyond the limits": (
         first(r"current\[j\];", "current[j] + ((j == 0) ? 6.283185307179586 : 0.0);", SOLVED),

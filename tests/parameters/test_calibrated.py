@@ -188,7 +188,7 @@ def test_a_root_that_is_zero_has_no_derivative(value: str, entries: str, more: s
     path = write_robot(tmp_path, text)
     quantities = (parse_quantity("parameter_jacobian"),)
 
-    with pytest.raises(KinegenError, match=f"{where} is set at run time and stands in a square root that is zero"):
+    with pytest.raises(KinegenError, match=f"{where} is set at run time and is in a square root that is zero"):
         make(path, tmp_path, quantities=quantities, wrt=("p",), compile=False)
 
     path = write_robot(tmp_path, text.replace(f"p: {value}}}", f"p: {value}1}}" if "." in value else "p: 0.1}"))

@@ -83,9 +83,9 @@ def page(done: Sequence[tuple[Proof, Outcome]], version: str) -> str:
             *_table(outcomes),
             *_pairs(),
             *_limits(),
-            "## Frama-C's words",
+            "## Output of Frama-C",
             "",
-            "The options; pairs outside their range are analysed with `-warn-special-float none`: NaN is wanted there.",
+            "The options; pairs outside their range are analysed with `-warn-special-float none`: NaN is right there.",
             "",
             "```text",
             *_options(),
@@ -98,26 +98,26 @@ def page(done: Sequence[tuple[Proof, Outcome]], version: str) -> str:
 
 def _head(version: str) -> list[str]:
     return f"""\
-# No run-time error
+# Proof of no run-time errors
 
 <!-- Written by scripts/prove_eva.py; run `make prove`. -->
 
 Proved by Frama-C {version}, plug-in Eva, with no alarm: for every joint vector in the ranges
 below, and whatever the output arrays held before, the emitted kernels
 
-- read nothing that is not initialised, and nothing outside an array, and write nothing outside one;
-- divide by nothing, convert nothing out of range, overflow nothing: no operation on the way gives an infinity or a NaN;
-- leave finite numbers in every entry of every output.
+- read no uninitialised value, and read and write nothing outside an array;
+- have no division, no conversion out of range and no overflow: no operation gives an infinity or a NaN;
+- write finite numbers to every entry of every output.
 
 The arithmetic is that of IEEE 754 in the type of the kernel, each operation rounded to nearest; words have 32 bits and
-the least byte first. The kernel files are analysed as they are emitted, with their own sine-cosine pair. Between the
-two stands a function of the proof, put there by the macro that boards use for pairs of their own: it compares the angle
-with places a sixteenth of a quarter turn apart and in every branch calls the pair with it. The program computes what
-the kernels compute; but the pair is analysed once for each piece, where intervals are tight.
+are little-endian. The kernel files are analysed as they are emitted, with their own sine-cosine pair. The proof calls
+the pair through a function of its own, by the macro that boards use for another pair: it compares the angle with points
+a sixteenth of a quarter turn apart and calls the pair in every branch. The results are the same, but the pair is
+analysed once for each piece, where intervals are tight.
 
-`make prove` runs it anew and rewrites this page, and fails at the first alarm. Its tests hand in kernels with an array
-that is too short, a temporary that is never set, an output left out, a division, angles out of range, and a pair whose
-guard is gone; each is noticed.
+`make prove` repeats the proof and rewrites this page, and fails at the first alarm. Its tests analyse kernels with an
+array that is too short, a temporary that is never set, a missing output, a division, angles out of range, and a pair
+without its guard; each must raise an alarm.
 """.splitlines()
 
 
@@ -126,8 +126,8 @@ def _ranges() -> list[str]:
         "",
         "## Ranges",
         "",
-        "The limits of the robot file. What has none is taken to go, if it turns,",
-        f"{_word(TURNS)} turns to either side, and otherwise as far as the robot is long.",
+        "The limits of the robot file. A joint without limits is assumed to turn",
+        f"{_word(TURNS)} turns to either side, or to move as far as the robot is long.",
         "",
         "| robot | joints | from | to |",
         "| --- | --- | --- | --- |",
@@ -146,8 +146,8 @@ def _table(outcomes: dict[str, Outcome]) -> list[str]:
         "",
         "## Results",
         "",
-        "Where Eva found the outputs to lie. Intervals do not see that the sine and the cosine of an angle belong",
-        "together, so the bounds are wider than the truth, the more so the longer the chain; they are rounded",
+        "The ranges of the outputs that Eva found. Intervals do not know that the sine and cosine of an angle belong",
+        "together, so the bounds are wider than the real ranges, more so for longer chains; they are rounded",
         "outwards. The hash is of the kernel file without its comments.",
         "",
         "| file | hash | alarms | rotation, `fk` | rotation, `frames` | position, `fk` | position, `frames` |",
@@ -172,11 +172,11 @@ def _pairs() -> list[str]:
     return f"""
 ## The sine-cosine pair
 
-Proved besides, of the pair alone:
+Also proved, for the sine-cosine pair alone:
 
 - for every angle up to {double} rad (double) or {single} rad (float) no operation gives an infinity or a NaN, and both
   results are finite;
-- for every other one, infinities and NaN among them, both results are NaN.
+- for every other angle, also infinities and NaN, both results are NaN.
 """.splitlines()
 
 
@@ -211,9 +211,9 @@ the values of the file. `numeric_inverse` and the batch kernels are not analysed
 
 ## What is not proved here
 
-- That the results are right, and to how many digits: every build compares with a reference, and the header states the
+- The results and their accuracy: every build compares with a reference, and the header states the
   error.
-- Anything about angles of the kernels between the ranges above and the range of the pair; there the pair is finite or
+- Kernels at angles between the ranges above and the range of the pair; there the results of the pair are finite or
   NaN, as above.
 - Calls whose arrays overlap, which the headers forbid; rounding other than to nearest; products and sums fused by a
   compiler; the compiler itself.

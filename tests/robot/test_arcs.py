@@ -178,11 +178,11 @@ def test_a_parameter_may_be_an_arc() -> None:
 
 def test_a_runtime_parameter_cannot_stand_in_an_arc() -> None:
     more = "parameters: {m: {value: 0.3, runtime: true}}"
-    with pytest.raises(RobotFileError, match="alpha: 'm' is set at run time and cannot stand in asin, acos"):
+    with pytest.raises(RobotFileError, match="alpha: 'm' is set at run time and is not allowed in asin, acos"):
         robot("{name: one, a: 0, alpha: 'atan2(m, 2)', d: 0, theta: q}", more=more)
 
     fixed = robot("{name: one, a: 0, alpha: 'atan2(m, 2)', d: 0, theta: q}", more="parameters: {m: 0.3}")
-    with pytest.raises(KinegenError, match="parameter 'm' stands in asin, acos, atan or atan2"):
+    with pytest.raises(KinegenError, match="parameter 'm' is in asin, acos, atan or atan2"):
         calibrated(fixed, ("m",))
     assert calibrated(fixed, ("alpha_one",)).runtime_parameters[0].value == parse("atan2(0.3, 2)")
 
@@ -207,7 +207,7 @@ def test_a_function_is_no_name(name: str) -> None:
 def test_a_comma_that_yaml_takes_for_its_own_is_explained(rows: str) -> None:
     from kinegen.robot.load import loads
 
-    with pytest.raises(RobotFileError, match=r"as atan2\(y, x\), stands in quotation marks between braces"):
+    with pytest.raises(RobotFileError, match=r"such as atan2\(y, x\), must be quoted between braces"):
         loads(HEAD.format(convention="standard", angle="deg") + rows + "\n", "arm.yaml")
 
 

@@ -304,8 +304,8 @@ CASES = (
         "searches for targets with",
         real="float",
     ),
-    _search("keeps to no budget", r"evaluations >= search->budget", "evaluations < 0", "more steps than it may"),
-    _search("takes all steps", r"iteration < steps", "iteration < ITERATIONS", "more steps than it may"),
+    _search("keeps to no budget", r"evaluations >= search->budget", "evaluations < 0", "more steps than allowed"),
+    _search("takes all steps", r"iteration < steps", "iteration < ITERATIONS", "more steps than allowed"),
     _search(
         "a limit is passed",
         r"next > highest\[j\]\) \? highest\[j\]",

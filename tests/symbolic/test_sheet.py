@@ -150,7 +150,7 @@ def test_a_row_that_is_long_by_itself_stays_whole() -> None:
 
 
 def test_a_row_that_would_fill_all_memory_is_refused() -> None:
-    with pytest.raises(KinegenError, match="base_T_1 has 41 turns and is too long to be printed; a shorter part"):
+    with pytest.raises(KinegenError, match="base_T_1 has 41 turns and is too long to be printed; select a part"):
         make_sheet(rows_of_turns(40, 2), None, None)
 
 

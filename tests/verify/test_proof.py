@@ -167,5 +167,5 @@ def test_a_failed_proof_says_what_where_and_by_how_much() -> None:
 
     assert str(caught.value) == (
         "arm: C float pose differs from the reference at q = (0.5, -1.25), frame tool: 0.25 m (accepted 1e-13), "
-        "rotation 1e-16 (accepted 1e-13); nothing was written; --real double leaves float out"
+        "rotation 1e-16 (accepted 1e-13); nothing was written; --real double builds without float"
     )

@@ -130,7 +130,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(place: str, tmp_path: Pat
     (cache / place).chmod(0o775)
 
     assert Cache().refusal == (
-        f"the cache {cache / place} is not used, since other users may write to it; delete it, and it is made anew"
+        f"the cache {cache / place} is not used, since other users may write to it; delete it, and it is created again"
     )
     assert not proved_before(tmp_path)
 

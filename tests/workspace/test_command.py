@@ -62,7 +62,7 @@ def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[17].endswith(" m², in the plane of x and y")
     assert lines[18:] == [
         "  probably an underestimate: voxels that no sample hit are not counted; compare the finer grid",
-        "  dexterous part: none, since the tip cannot turn about one line while it stands still",
+        "  dexterous part: none, since the tip cannot turn about one line while it stays in place",
     ]
 
 
@@ -123,10 +123,10 @@ def test_the_dexterous_part(capsys: pytest.CaptureFixture[str]) -> None:
     ("robot", "reason"),
     [
         ("iiwa14", "not measured, since iiwa14 has no closed-form inverse"),
-        ("cartesian", "none to speak of, since the tip keeps one orientation"),
-        ("al5d", "none, since the tip cannot turn every way while it stands still"),
-        ("spherical_arm", "none, since the arm cannot turn the tip every way"),
-        ("blocks", "none to speak of, since the tip keeps one orientation"),
+        ("cartesian", "none, since the tip has only one orientation"),
+        ("al5d", "none, since the tip cannot turn to every orientation while it stays in place"),
+        ("spherical_arm", "none, since the arm cannot turn the tip to every orientation"),
+        ("blocks", "none, since the tip has only one orientation"),
     ],
 )
 def test_why_there_is_no_dexterous_part(robot: str, reason: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -205,8 +205,14 @@ def test_volumes_of_a_file_in_mm_are_in_cubic_metres(capsys: pytest.CaptureFixtu
     ("arguments", "message"),
     [
         (["--tip", "nose"], "error: unknown tip 'nose' (expected shoulder, elbow, tool, wrist_centre)"),
-        (["--slices", "a.jpg"], "error: a.jpg: slices are written as .png or .svg, expected a name that ends so"),
-        (["--cloud", "a.csv"], "error: a.csv: clouds are written as .npz or .parquet, expected a name that ends so"),
+        (
+            ["--slices", "a.jpg"],
+            "error: a.jpg: slices are written as .png or .svg, expected a name with such an ending",
+        ),
+        (
+            ["--cloud", "a.csv"],
+            "error: a.csv: clouds are written as .npz or .parquet, expected a name with such an ending",
+        ),
         (["--voxel", "1e-7"], "are too small for a region of 1.6 m: expected "),
         (["--voxel", "20"], "error: voxels of 20 m are too large for a region of 1.6 m: expected 0.16 m or less"),
         (["--tip", "wrist_centre"], "arm has no frame where the axes of its last three joints meet"),
@@ -236,10 +242,10 @@ def test_what_cannot_be_done_is_said_in_a_line(
         (["--plane", "0"], "'0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
         (["--plane", "xy=0"], "'xy=0' is not a plane (expected x=..., y=... or z=..., such as y=0)"),
         (["--plane", "y=inf"], "'y=inf' is not a plane (expected a finite number)"),
-        (["--voxel", "0"], "0 is not a length of a voxel (expected more than 0)"),
-        (["--voxel", "-1"], "-1 is not a length of a voxel (expected more than 0)"),
-        (["--voxel", "nan"], "nan is not a length of a voxel (expected more than 0)"),
-        (["--voxel", "inf"], "inf is not a length of a voxel (expected more than 0)"),
+        (["--voxel", "0"], "0 is not the edge of a voxel (expected more than 0)"),
+        (["--voxel", "-1"], "-1 is not the edge of a voxel (expected more than 0)"),
+        (["--voxel", "nan"], "nan is not the edge of a voxel (expected more than 0)"),
+        (["--voxel", "inf"], "inf is not the edge of a voxel (expected more than 0)"),
     ],
 )
 def test_numbers_that_make_no_sense(

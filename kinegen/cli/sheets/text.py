@@ -66,7 +66,11 @@ def _product(product: Product) -> list[str]:
     if len(product.factors) == 1:
         return _form(product.factors[0])
     names = " * ".join(form.name for form in product.factors)
-    lines = [strong(f"{product.name} = {names}"), "too long to be multiplied out; any part of it: --from, --to", ""]
+    lines = [
+        strong(f"{product.name} = {names}"),
+        "too long to be multiplied out; select a part with --from and --to",
+        "",
+    ]
     for form in product.factors:
         lines += [*_form(form), ""]
     return lines[:-1]

@@ -228,7 +228,9 @@ def _promises(kernels: Kernels, real: Real) -> list[str]:
         pure, steps = "no state, no heap, no library, no loop, no branch on data", ""
     else:
         pure = "no state, no heap, no library, no loop"
-        steps = " Of square roots, arc tangents and selections compilers may make branches; no other function has any."
+        steps = (
+            " Compilers may turn square roots, arc tangents and selections into branches; no other function has any."
+        )
     if any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
         pure += f" (but those of {function(kernels.robot.name, NAME, real)})"
     text = (

@@ -210,9 +210,9 @@ def _cost_lines(kernel: str, rigid: str) -> tuple[str, ...]:
         f"Worst case: nearly all of the time goes into evaluations of {kernel}, one for each step and one for each "
         f"random joint vector. There are at most {ITERATIONS} steps a descent, and before restart r {_SAMPLES} r^2 "
         f"joint vectors ({_SAMPLES * MOST_RESTARTS**2:,} at most). A target out of reach takes all of them: {worst} "
-        "restarts. The member budget of a search bounds the evaluations of a call, whatever its restarts, and steps "
-        "those of a descent. A target that is not a pose takes none: one that is not finite, or whose columns of the "
-        f"rotation miss being orthonormal and right-handed by {rigid} or more, as the root of a sum of squares."
+        "restarts. The member budget of a search bounds the evaluations of a call, and steps "
+        "bounds those of a descent. A target that is not a pose takes none: one that is not finite, or whose rotation "
+        f"misses being orthonormal and right-handed by {rigid} or more, as the root of a sum of squares."
     )
     return tuple(textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False))
 

@@ -160,7 +160,7 @@ def _steps(kernels: Kernels) -> str:
         functions = "every function but the search takes" if kernels.numeric_inverse else "every function takes"
     else:
         functions = "a function without square roots, arc tangents and selections takes"
-    return f"On a processor with an FPU for its numbers, {functions} the same instructions whatever it is given."
+    return f"On a processor with an FPU for its numbers, {functions} the same instructions for every input."
 
 
 def _units(robot: Robot, reals: tuple[Real, ...], fixed: FixedKernels | None) -> str:
@@ -194,7 +194,7 @@ def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
 
 def _search_manual(search: SolverContext) -> Manual:
     what = "Joint values for a pose of the tool, by a search."
-    return Manual(search.header, "", ((search.prototype, what, "as many steps as it takes"),))
+    return Manual(search.header, "", ((search.prototype, what, "a bounded number of steps"),))
 
 
 def _sentence(robot: Robot, about: str) -> str:

@@ -74,7 +74,7 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
     """
     if program.quantity.kind not in _COMPUTED:
         reason = f"q30 kernels compute pose, frames and position, not {program.quantity}"
-        raise KinegenError(f"{reason}; build the others apart, without q30", robot.source)
+        raise KinegenError(f"{reason}; build the others separately, without q30", robot.source)
     angles = _angles(program)
     for statement in program.statements:
         _check(robot, statement, angles)
@@ -104,14 +104,14 @@ def _angles(program: Program) -> frozenset[str]:
 def _check(robot: Robot, statement: Statement, angles: frozenset[str]) -> None:
     """Refuse a statement that mixes angles with lengths, or divides."""
     if statement.operator is Operator.DIV:
-        raise refuse(robot, "a runtime parameter stands in a divisor")
+        raise refuse(robot, "a runtime parameter is in a divisor")
     if statement.operator in (Operator.SQRT, Operator.ATAN2, Operator.SELECT_LT):
         raise refuse(robot, "integers have no roots, arc tangents and selections")
     is_angle = statement.operator is Operator.SINCOS or not angles.isdisjoint(statement.results)
     for operand in statement.operands:
         if isinstance(operand, Temporary):
             if not is_angle and operand.name in angles:
-                raise refuse(robot, "an angle sum also stands in a length, and binary angles do not count turns")
+                raise refuse(robot, "an angle sum is also in a length, and binary angles do not count turns")
         elif not isinstance(operand, Constant) and (input_kind(robot, operand) is Kind.ANGLE) != is_angle:
             raise _mixed(robot, operand)
 
@@ -119,7 +119,7 @@ def _check(robot: Robot, statement: Statement, angles: frozenset[str]) -> None:
 def _mixed(robot: Robot, operand: Variable | RuntimeParameter) -> KinegenError:
     if isinstance(operand, RuntimeParameter):
         line = next(each.line for each in robot.runtime_parameters if each.name == operand.name)
-        return refuse(robot, f"runtime parameter '{operand.name}' stands in a length and in an angle", line)
+        return refuse(robot, f"runtime parameter '{operand.name}' is in a length and in an angle", line)
     variable = robot.variables[operand.index]
     if variable.type is JointType.PRISMATIC:
         reason = f"an angle follows the shift of joint '{variable.name}', and integers have no scale for that"

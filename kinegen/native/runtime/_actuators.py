@@ -39,7 +39,7 @@ class ReadingCheck:
         Raises:
             ValueError: If one of them is out of range or not a finite number, naming the first such actuator; or if the
                 shape is another.
-            TypeError: If they are no real numbers.
+            TypeError: If they are not real numbers.
         """
         array = real_array("check_actuators", "actuators", actuators)
         if array.shape[-1:] != (len(self._names),):
@@ -65,4 +65,4 @@ class ReadingCheck:
         beyond = max(low - reading, reading - high)
         # A reading that rounds to the bound beside it would hide the reason.
         by = f", {beyond:.2g}{unit} beyond" if math.isfinite(beyond) else ""
-        raise ValueError(f"{found}{by}; it goes from {low:.6g} to {high:.6g}{unit}")
+        raise ValueError(f"{found}{by}; its range is {low:.6g} to {high:.6g}{unit}")

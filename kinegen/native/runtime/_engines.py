@@ -265,7 +265,7 @@ def _load(path: Path, stamp: str) -> Any:
         raise ImportError("the file is cut short")
     # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
     if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
-        raise ImportError("it serves CPython with NumPy 1 or 2")
+        raise ImportError("it needs CPython and NumPy 1 or 2")
     try:
         native = importlib.import_module(f"{__package__}._native")
         if _stamp(native) != stamp:
@@ -300,7 +300,7 @@ def _fresh_name(path: Path) -> str:
 
 
 def _load_again(path: str, name: str) -> Any:
-    """The extension at a path, in place of the one that was imported before."""
+    """The extension at a path, instead of the one that was imported before."""
     spec: Any = importlib.util.spec_from_file_location(name, path)
     native = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(native)

@@ -71,10 +71,10 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             (..., joints), NaN where there is none, and whether there is one (...).
 
         Raises:
-            ValueError: If a target is no pose: not finite, not a rotation, reflected, or of another shape.
+            ValueError: If a target is not a pose: not finite, not a rotation, reflected, or of another shape.
         """
         if nearest is not None and (out is not None or layout == "joint_major"):
-            raise ValueError(f"{self.__name__}: nearest goes with neither out nor the layout joint_major")
+            raise ValueError(f"{self.__name__}: nearest cannot be combined with out or with the layout joint_major")
         if nearest is not None:
             return self._nearest(inputs, nearest, check, params, threads, layout)
         results: tuple[Floats, Truths] | None = None

@@ -113,7 +113,7 @@ class Kernel(Generic[Result]):
                 there are several results.
             threads: Number of threads that share a batch; 0 for all cores.
             layout: "4x4": matrices (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row
-                for each entry of the 3x4 matrix, and likewise for what is no matrix.
+                for each entry of the 3x4 matrix, and likewise for results that are not matrices.
 
         Returns:
             The result; `out` where it was given.

@@ -38,8 +38,8 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
         The same as an array of float64, or of float32 if they are of that type or a smaller one.
 
     Raises:
-        TypeError: If they are no real numbers.
-        ValueError: If the shape is another, or one of them is no pose: not finite, a last row that is not 0 0 0 1,
+        TypeError: If they are not real numbers.
+        ValueError: If the shape is another, or one of them is not a pose: not finite, a last row that is not 0 0 0 1,
             columns that are not orthonormal, or a reflection. The message says which.
     """
     array = real_array(name, "base_T_tool", base_T_tool)

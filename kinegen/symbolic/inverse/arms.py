@@ -106,7 +106,7 @@ def _off(left: JointAxis, right: JointAxis, wanted: sp.Expr) -> str:
     deviation = abs(float(sp.N(angle - wanted, 30)))
     if deviation < _SHOWN:
         return f"off by {deviation:.2g} rad"
-    return f"they stand at {float(sp.N(angle * 180 / sp.pi)):.6g} deg"
+    return f"they are at {float(sp.N(angle * 180 / sp.pi)):.6g} deg"
 
 
 def _alike(joint: JointAxis, axis: Vector) -> JointAxis:

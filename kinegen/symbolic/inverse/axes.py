@@ -102,9 +102,9 @@ class _Walker:
         rate = sp.diff(amount, symbol)
         name = f"joint {self.moves[symbol]} ({symbol})"
         if symbol in self.found:
-            self.failures.append(f"{name} moves more than one thing: a screw, or a row that follows it")
+            self.failures.append(f"{name} moves more than one row: it is a screw, or another row follows it")
         elif rate.free_symbols:
-            self.failures.append(f"{name}: how far it goes depends on {_named(rate)}")
+            self.failures.append(f"{name}: its motion depends on {_named(rate)}")
         elif any(entry.free_symbols for entry in axis):
             self.failures.append(f"{name}: its direction depends on the runtime parameter {_named(*axis)}")
         self.found[symbol] = (turns, axis, self.position, tidy(rate))

@@ -68,6 +68,6 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        instead = "; numeric_inverse serves every arm" if robot.is_arm else ""
+        instead = "; numeric_inverse works for every arm" if robot.is_arm else ""
         raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family

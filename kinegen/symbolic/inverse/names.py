@@ -26,12 +26,12 @@ STROKE: Choice = ("stroke forward", "stroke backward")
 WRIST: Choice = ("wrist no-flip", "wrist flip")
 
 _MEANINGS: dict[Choice, str] = {
-    SHOULDER: "shoulder left: the arm reaches to the side of the zero pose; right: back over its waist",
-    ELBOW: "elbow up: axis 3 above the line from axis 2 to what the arm carries, seen with that on the right",
-    STROKE: "stroke forward: what the arm carries lies ahead of the axis that the stroke turns about; backward: behind",
+    SHOULDER: "shoulder left: the arm reaches to the side of the zero pose; right: backwards over its waist",
+    ELBOW: "elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right",
+    STROKE: "stroke forward: what the arm carries is ahead of the axis that the stroke turns about; backward: behind",
     WRIST: "wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5",
 }
-_FLAT_ELBOW = "elbow up: the second axis to the left of the line from the first one to what it carries"
+_FLAT_ELBOW = "elbow up: the second axis is to the left of the line from the first one to what the arm carries"
 
 
 def branch_names(build: Build) -> tuple[str, ...]:
@@ -80,15 +80,15 @@ def _arm_choices(arm: ElbowArm | StrokeArm | ColumnArm | GantryArm) -> tuple[Cho
 
 
 _NEAR = "1e-6 (single precision: 1e-5)"
-_ALIGNED = "where axes 4 and 6 are in line, joint 4 stands at 0 (or its limit nearest to 0) and joint 6 takes the sum"
-_POSITION = "the position of the tool decides; the attitude of the target is not read"
+_ALIGNED = "where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum"
+_POSITION = "only the position of the target is used; its orientation is not read"
 _PLANE = f"the target must lie in the plane of the tool, within {_NEAR} of the arm's size"
 _UPRIGHT = f"the target must be the tool of the zero pose turned about the common axis alone, within {_NEAR} rad"
 _APPROACH = (
     f"the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within {_NEAR} rad"
 )
 _PARALLEL = (
-    "where axes 4 and 6 are parallel, joint 6 stands at 0, or as near to it as reach allows, and joint 4 takes the sum"
+    "where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum"
 )
 
 

@@ -54,7 +54,7 @@ def recognise(robot: Robot) -> Family | Unknown:
 
 
 _KINDS: dict[Recogniser, str] = {
-    point_arm: "not an arm that puts a point in its place",
+    point_arm: "not an arm for the position of a point",
     wrist_arm: "not an arm with a spherical wrist",
     flat_arm: "not a planar or SCARA arm",
     triple_arm: "not an arm with three parallel axes",
