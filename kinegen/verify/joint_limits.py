@@ -44,7 +44,9 @@ def require_python_limits(robot: Robot, package: ModuleType) -> None:
     """
     for name, kind in _DTYPES:
         low, high = _sides(robot, kind)
-        low, high = (np.where(np.abs(side) == np.finfo(kind).max, np.sign(side) * np.inf, side) for side in (low, high))
+        low, high = (
+            np.where(np.abs(side) == np.finfo(kind).max, np.copysign(np.inf, side), side) for side in (low, high)
+        )
         q = _vectors(low, high)
         _require(robot, f"within_limits of the package, in {name}", q, package.within_limits(q), _within(q, low, high))
         _require(robot, f"clamp of the package, in {name}", q, package.clamp(q), _clamped(q, low, high))
