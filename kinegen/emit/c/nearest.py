@@ -49,6 +49,7 @@ class Nearest:
         branches: Macro of the number of solutions.
         params_type: Type of the runtime parameters; empty where there are none.
         joints: The joints.
+        last: Index of the last one.
         rounding: What is added and subtracted to round to a whole number.
         largest: The largest number of the type.
         zero: 0 as a number of the type.
@@ -65,6 +66,7 @@ class Nearest:
     branches: str
     params_type: str
     joints: tuple[NearestJoint, ...]
+    last: int
     rounding: str
     largest: str
     zero: str
@@ -95,6 +97,7 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
         branches=macro(robot.name, "BRANCHES"),
         params_type=params,
         joints=tuple(_joint(index, each, real) for index, each in enumerate(turnings(robot, branches, real))),
+        last=robot.dof - 1,
         rounding=real.literal(_ROUNDING[real]),
         largest=real.literal(LARGEST[real]),
         zero=real.literal(Fraction(0)),
