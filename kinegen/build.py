@@ -24,7 +24,7 @@ from kinegen.boards.figures import Cost
 from kinegen.boards.usual import USUAL_TARGET, can_measure, usual_costs
 from kinegen.emit.files import Emitted, emit_files
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language, refusals
+from kinegen.emit.languages import LANGUAGES, emit_languages
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError, WriteError
@@ -43,14 +43,14 @@ from kinegen.symbolic.plain import derive_plain
 from kinegen.verify.comparison import Proof
 from kinegen.verify.fixed import prove_fixed
 from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
-from kinegen.verify.languages import prove_language
+from kinegen.verify.languages import prove_languages
 from kinegen.verify.nearly import nearly_special
 from kinegen.verify.precision import precision_notes
 from kinegen.verify.remembered import proof_of
 from kinegen.verify.vectors import compute_vectors
 from kinegen.verify.written import require_proven, require_written
 from kinegen.verify.wrong_unit import wrong_unit
-from kinegen.write import refuse_link, write_files
+from kinegen.write import Written, refuse_link, write_files
 
 _WORK = {
     "emit": "emit C and Python, with test vectors and proven errors",
@@ -124,7 +124,7 @@ def build(
     with clock.stage("emit") as detail:
         integers = emit_integers(kernels) if options.integers else None
         emitted, project = _emit(kernels, options, integers)
-        others = _emit_languages(kernels, options)
+        others = emit_languages(kernels, options.languages)
         detail.append(f"{len(project or emitted.files) + len(integers.files if integers else ()) + len(others)} files")
     with clock.stage("compile") as detail:
         extension, notes = _compile(kernels, emitted, options)
@@ -132,20 +132,16 @@ def build(
     with clock.stage("prove") as detail, _kept_once_proved(extension):
         contents = _contents(emitted, extension, integers)
         proof, backend, known = _prove(kernels, contents, options)
-        proof, reasons = _prove_integers(proof, integers, options)
-        proof, others_reasons = _prove_languages(proof, kernels, others, options)
+        proof, reasons = _prove_others(proof, kernels, integers, others, options)
         contents |= others
         if project:
             require_proven(robot, project, _packaged(emitted, options, integers))
         poses = sum(comparison.poses for comparison in proof.comparisons)
         detail += [f"{poses} poses", *["proved before"] * known]
     costs = _measure(kernels, options, clock)
-    with clock.stage("write") as detail:
-        folder = options.output / robot.name
-        stale = _is_below if project else _stale(folder, emitted)
-        written = write_files(folder, project or contents, stale, force=options.force)
-        require_written(folder, project or contents)
-        detail.append(f"{sum(entry.changed for entry in written)} files changed")
+    folder = options.output / robot.name
+    stale = _is_below if project else _stale(folder, emitted)
+    written = _write(folder, project or contents, stale, clock, force=options.force)
     return BuildResult(
         robot=robot,
         counts={program.quantity: count(program) for program in programs},
@@ -157,8 +153,19 @@ def build(
         backend=backend,
         costs=costs,
         stages=tuple(clock.stages),
-        notes=(*notes, *reasons, *others_reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
+        notes=(*notes, *reasons, *_file_notes(robot), *precision_notes(kernels, options.reals)),
     )
+
+
+def _write(
+    folder: Path, contents: Mapping[str, str | bytes], stale: Callable[[str], bool], clock: _Clock, *, force: bool
+) -> tuple[Written, ...]:
+    """Write the files and look at what was written."""
+    with clock.stage("write") as detail:
+        written = write_files(folder, contents, stale, force=force)
+        require_written(folder, contents)
+        detail.append(f"{sum(entry.changed for entry in written)} files changed")
+    return written
 
 
 def _file_notes(robot: Robot) -> tuple[str, ...]:
@@ -256,6 +263,19 @@ def _prove(kernels: Kernels, contents: dict[str, str | bytes], options: BuildOpt
     return proof_of(kernels.robot, contents, quantities, tuple(map(str, options.reals)))
 
 
+def _prove_others(
+    proof: Proof,
+    kernels: Kernels,
+    integers: IntegerKernels | None,
+    others: Mapping[str, str],
+    options: BuildOptions,
+) -> tuple[Proof, tuple[str, ...]]:
+    """The proof with those of kernels in integers and in other languages, and reasons for what is missing."""
+    proof, reasons = _prove_integers(proof, integers, options)
+    found, more = prove_languages(kernels, options.languages, others, compiled=options.compile)
+    return replace(proof, comparisons=(*proof.comparisons, *found)), (*reasons, *more)
+
+
 def _prove_integers(
     proof: Proof, integers: IntegerKernels | None, options: BuildOptions
 ) -> tuple[Proof, tuple[str, ...]]:
@@ -269,31 +289,6 @@ def _prove_integers(
         except MissingToolError:
             pass
     return proof, ("the q30 kernels are written without a proof, which takes a C compiler",)
-
-
-def _emit_languages(kernels: Kernels, options: BuildOptions) -> dict[str, str]:
-    """The files of other languages, by path."""
-    return {path: text for name in options.languages for path, text in emit_language(kernels, LANGUAGES[name]).items()}
-
-
-def _prove_languages(
-    proof: Proof, kernels: Kernels, files: Mapping[str, str], options: BuildOptions
-) -> tuple[Proof, tuple[str, ...]]:
-    """The proof with those of other languages, what they leave out, and why any was not proven."""
-    reasons: list[str] = []
-    for language in (LANGUAGES[name] for name in options.languages):
-        reasons += refusals(kernels, language)
-        if not options.compile:
-            reasons.append(f"the {language.title} files are written without a proof, which takes a C compiler")
-            continue
-        try:
-            own = {path: text for path, text in files.items() if path.startswith(f"{language.name}/")}
-            found = prove_language(kernels, language, own)
-        except MissingToolError as error:
-            reasons.append(f"the {language.title} files are written without a proof: {error.message}")
-        else:
-            proof = replace(proof, comparisons=(*proof.comparisons, *found))
-    return proof, tuple(reasons)
 
 
 def _measure(kernels: Kernels, options: BuildOptions, clock: _Clock) -> tuple[Cost, ...]:

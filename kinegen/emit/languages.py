@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from kinegen.emit.javascript import JAVASCRIPT
@@ -11,6 +11,11 @@ from kinegen.emit.language import Language
 from kinegen.outputs import NUMERIC_INVERSE
 
 LANGUAGES: Mapping[str, Language] = MappingProxyType({language.name: language for language in (JAVASCRIPT,)})
+
+
+def emit_languages(kernels: Kernels, names: Sequence[str]) -> dict[str, str]:
+    """Print the files of some languages, by path; see `emit_language`."""
+    return {path: text for name in names for path, text in emit_language(kernels, LANGUAGES[name]).items()}
 
 
 def emit_language(kernels: Kernels, language: Language) -> dict[str, str]:

@@ -304,7 +304,7 @@ static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *n
     PyArrayObject *arrays[4];
     Place places[4];
     Call call;
-    double exists;
+    union { double wide; float narrow; } exists;
     PyObject *result;
     int found;
     if (take_inputs(entry, args, arrays) != 0 || !read_single(entry, arrays, 2, places, &call)
@@ -325,7 +325,7 @@ static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *n
         Py_DECREF(result);
         return call_slowly(self, args, 1, names);
     }
-    found = (call.type == NPY_DOUBLE ? exists : (double)*(const float *)(const void *)&exists) != 0;
+    found = call.type == NPY_DOUBLE ? exists.wide != 0 : exists.narrow != 0;
     Py_INCREF(truths[found]);
     PyTuple_SetItem(result, 1, truths[found]);
     return result;
@@ -348,7 +348,7 @@ static PyObject *call_inverse(PyObject *self, PyObject *const *args, size_t narg
     Place places[3];
     Call call;
     double valid[MOST_BRANCHES];
-    npy_bool *truths;
+    npy_bool *holds;
     int type;
     if (count == 1 && quick->nearest != NULL && is_alone(names, "nearest")) return call_nearest(self, args, names);
     if (count != 1 || names != NULL || take_inputs(entry, args, arrays) != 0
@@ -369,9 +369,9 @@ static PyObject *call_inverse(PyObject *self, PyObject *const *args, size_t narg
         drop_results(entry, arrays);
         return call_slowly(self, args, count, names);
     }
-    truths = (npy_bool *)PyArray_DATA(arrays[2]);
+    holds = (npy_bool *)PyArray_DATA(arrays[2]);
     for (npy_intp i = 0; i < entry->forms[2].shape[0]; ++i) {
-        truths[i] = (type == NPY_DOUBLE ? valid[i] : (double)((const float *)(const void *)valid)[i]) != 0;
+        holds[i] = (type == NPY_DOUBLE ? valid[i] : (double)((const float *)(const void *)valid)[i]) != 0;
     }
     return handed_on(entry, arrays);
 }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from kinegen import reference
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.language import Language
-from kinegen.emit.languages import kept
+from kinegen.emit.languages import LANGUAGES, kept, refusals
 from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError, ProofError
 from kinegen.ir.program import Program
@@ -47,6 +47,38 @@ _PYTHON_ALONE = ("ACTUATOR_RANGES", "ACTUATOR_UNITS")
 
 SAME_BITS = 1024
 """Configurations at which a kernel has to give the bits of the C kernel."""
+
+
+def prove_languages(
+    kernels: Kernels, names: Sequence[str], files: Mapping[str, str], *, compiled: bool
+) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
+    """Prove the files of some languages.
+
+    Args:
+        kernels: The robot and its programs.
+        names: The languages, as in `LANGUAGES`.
+        files: Their files by path.
+        compiled: Whether the build compiles C, whose bits are asked for.
+
+    Returns:
+        The comparisons, and sentences about what a language leaves out, or why it was not proven.
+
+    Raises:
+        CompileError: As `prove_language`.
+        ProofError: As `prove_language`.
+    """
+    comparisons: list[Comparison] = []
+    reasons: list[str] = []
+    for language in (LANGUAGES[name] for name in names):
+        reasons += refusals(kernels, language)
+        own = {path: text for path, text in files.items() if path.startswith(f"{language.name}/")}
+        missing = "" if compiled else "it takes a C compiler"
+        try:
+            comparisons += prove_language(kernels, language, own) if compiled else ()
+        except MissingToolError as error:
+            missing = error.message
+        reasons += [f"the {language.title} files are written without a proof: {missing}"] * bool(missing)
+    return tuple(comparisons), tuple(reasons)
 
 
 def prove_language(kernels: Kernels, language: Language, files: Mapping[str, str]) -> tuple[Comparison, ...]:

@@ -93,7 +93,7 @@ def _compared(
 
 def _array(text: str, name: str) -> FloatArray | None:
     """The rows of an array in C, shape (N, numbers); None where there is none."""
-    block = re.search(rf" {name}(?:\[\w+\])+ = (\{{.*?\}});", text, re.DOTALL)
+    block = re.search(rf" {name}(?:\[\w+\])+(?: \w+)? = (\{{.*?\}});", text, re.DOTALL)
     if block is None:
         return None
     rows = re.findall(r"\{([^{}]+)\}", block.group(1))

@@ -91,7 +91,7 @@ def test_help_explains_the_columns(capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
 
     assert status == 0
-    assert "function       bytes of the kernel function alone" in lines
+    assert "function       bytes of the kernel function itself" in lines
 
 
 @pytest.mark.boards

@@ -48,7 +48,7 @@ def kernels(*outputs: str) -> Kernels:
     ],
 )
 def test_outputs_whose_functions_would_share_a_name_are_refused(outputs: tuple[str, ...], name: str) -> None:
-    words = f"arm.yaml: outputs '{outputs[0]}' and '{outputs[1]}' would both be called {name}; build them apart"
+    words = f"arm.yaml: outputs '{outputs[0]}' and '{outputs[1]}' would both be called {name}; build them separately"
 
     with pytest.raises(KinegenError, match=re.escape(words)) as caught:
         kernels(*outputs)

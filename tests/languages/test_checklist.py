@@ -97,6 +97,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Language:
     table = MappingProxyType({**LANGUAGES, "toy": language})
     monkeypatch.setattr(languages, "LANGUAGES", table)
     monkeypatch.setattr(builds, "LANGUAGES", table)
+    monkeypatch.setattr(judge, "LANGUAGES", table)
     monkeypatch.setattr(judge, "RUNNERS", {**RUNNERS, "toy": ToyCall})
     return language
 
@@ -112,7 +113,7 @@ def test_a_toy_language_is_built_and_proven(toy: Language, tmp_path: Path) -> No
 
 
 def test_a_wrong_toy_is_refused(toy: Language, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(builds, "emit_language", lambda *_: {"toy/toy.py": toy_files(kernels("ur5"))["toy.py"]})
+    monkeypatch.setattr(builds, "emit_languages", lambda *_: {"toy/toy.py": toy_files(kernels("ur5"))["toy.py"]})
 
     with pytest.raises(ProofError, match="Toy double"):
         make(ROBOTS / "puma560.yaml", tmp_path, languages=(toy.name,))

@@ -57,7 +57,7 @@ def attempt(setting: Setting, output: Path, case: Sabotage | None = None) -> Non
 @contextmanager
 def _emitting(made: _Made, alter: Callable[[Mapping[str, str]], dict[str, str]]) -> Iterator[None]:
     """Let the build find its text made before, and altered."""
-    project, language = builds.emit_project, builds.emit_language
+    project, language = builds.emit_project, builds.emit_languages
 
     def files(*_: object) -> Emitted:
         return restamped(made.emitted, alter(made.emitted.files))
@@ -68,7 +68,7 @@ def _emitting(made: _Made, alter: Callable[[Mapping[str, str]], dict[str, str]])
         patch.setattr(builds, "emit_files", files)
         patch.setattr(builds, "emit_integers", lambda _: replace(made.integers, files=alter(made.integers.files)))
         patch.setattr(builds, "emit_project", lambda *given: alter(project(*given)))
-        patch.setattr(builds, "emit_language", lambda *given: alter(language(*given)))
+        patch.setattr(builds, "emit_languages", lambda *given: alter(language(*given)))
         patch.setattr(builds, "can_measure", lambda: False)
         yield
 

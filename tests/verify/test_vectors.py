@@ -150,7 +150,7 @@ def test_what_rounding_decides_has_no_vectors(tmp_path: Path) -> None:
     header = emit_vectors(of, found, Real.DOUBLE)["flipped_vectors.h"]
 
     assert [str(quantity) for quantity in found.expected] == ["pose"]
-    assert "/* flipped_quaternion_wxyz has none: at every pose, rounding decides" in header
+    assert "/* flipped_quaternion_wxyz has no vectors: at every pose, rounding decides" in header
     assert len(found.inputs["q"]) == 16
 
 

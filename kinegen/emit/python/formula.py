@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,6 +31,10 @@ _FORMS = {
     Operator.SELECT_LT: "np.where({} < {}, {}, {})",
 }
 _SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*", Operator.DIV: "/"}
+
+
+_WIDTH = 112
+"""Characters of a line of a comment, after its mark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +131,7 @@ class _Printer:
         used = program.used
         lines: list[str] = []
         for part in parts:
-            lines += ["", f"# {part.title}"]
+            lines += ["", *(f"# {line}" for line in textwrap.wrap(part.title, _WIDTH, break_long_words=False))]
             for statement in part.statements:
                 names = (name if Temporary(name) in used else "_" for name in statement.results)
                 lines.append(f"{', '.join(names)} = {self.expression(statement)}")
