@@ -30,13 +30,18 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
+
+    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: rotation and position
     t0 = c234 * s5
     t1 = c2 * 0.14679
     t2 = c23 * 0.17751
@@ -59,6 +64,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t19 = s1 * t17
     t20 = s1 * c5
     t21 = c1 * c5
+
+    # base_turn and wrist_rotate: rotation
     t22 = c1 * t7
     t23 = t20 + t22
     t24 = -t23
@@ -95,13 +102,19 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
+
+    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame base_turn, frame shoulder, frame elbow, frame
+    # wrist_pitch and frame wrist_rotate
     t0 = c234 * s5
     t1 = -s1
     t2 = -c1
@@ -110,6 +123,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t5 = s1 * c2
     t6 = t4 * 0.14679
     t7 = t5 * 0.14679
+
+    # base_turn, shoulder and elbow: frame shoulder and frame elbow
     t8 = c1 * s2
     t9 = -t8
     t10 = s1 * s2
@@ -118,10 +133,14 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t13 = 0.06858 + t12
     t14 = c1 * c23
     t15 = s1 * c23
+
+    # base_turn, shoulder and elbow: frame wrist_pitch
     t16 = t14 * 0.17751
     t17 = t6 + t16
     t18 = t15 * 0.17751
     t19 = t7 + t18
+
+    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame elbow, frame wrist_pitch and frame wrist_rotate
     t20 = c1 * s23
     t21 = -t20
     t22 = s1 * s23
@@ -135,6 +154,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t30 = s1 * c234
     t31 = c234 * c5
     t32 = -t31
+
+    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame wrist_pitch and frame wrist_rotate
     t33 = t30 * 0.07719
     t34 = t19 + t33
     t35 = s1 * s234
@@ -142,6 +163,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t37 = t25 + t36
     t38 = s1 * c5
     t39 = s1 * s5
+
+    # base_turn and wrist_rotate: frame wrist_rotate
     t40 = s5 * t29
     t41 = t38 + t40
     t42 = -t41
@@ -149,6 +172,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t44 = t43 - t39
     t45 = c1 * c5
     t46 = c1 * s5
+
+    # wrist_rotate: frame wrist_rotate
     t47 = s5 * t35
     t48 = t45 - t47
     t49 = c5 * t35
@@ -250,12 +275,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
+
+    # base_turn, shoulder, elbow and wrist_pitch: position
     t0 = c234 * 0.07719
     t1 = s234 * 0.07719
     t2 = c2 * 0.14679

@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # shoulder, joint_4, joint_5 and joint_6: rotation and position
     t0 = c2 * 0.4
     t1 = s2 * 0.4
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # joint_4 and joint_5: rotation and position
     t6 = c4 * t2
     t7 = t6 - t4
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # shoulder, elbow and joint_5: rotation and position
     t12 = c23 * t7
     t13 = s23 * t7
     t14 = s23 * t3
@@ -57,14 +66,20 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t13 + t16
     t18 = s23 * c5
     t19 = c23 * c5
+
+    # shoulder and elbow: rotation and position
     t20 = c23 * t10
     t21 = t18 + t20
     t22 = s23 * t10
     t23 = t22 - t19
+
+    # shoulder and elbow: position
     t24 = s23 * 0.35
     t25 = t24 + t0
     t26 = c23 * 0.35
     t27 = t26 - t1
+
+    # waist: rotation
     t28 = c1 * t15
     t29 = s1 * t15
     t30 = s1 * t9
@@ -72,6 +87,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t32 = c1 * t9
     t33 = t29 + t32
     t34 = -t33
+
+    # waist: rotation and position
     t35 = s1 * t11
     t36 = c1 * t11
     t37 = c1 * t21
@@ -88,6 +105,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t48 = t33 * t38
     t49 = t38 * 0.1
     t50 = t41 + t49
+
+    # waist, shoulder and elbow: rotation and position
     t51 = t23 * t31
     t52 = t51 - t45
     t53 = t31 * t40
@@ -121,13 +140,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # waist, shoulder and elbow: frame waist, frame shoulder and frame elbow
     t0 = -c1
     t1 = -c23
     t2 = c1 * c2
@@ -141,18 +165,24 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t10 = s2 * 0.4
     t11 = c1 * c23
     t12 = c1 * s23
+
+    # waist, shoulder, elbow and joint_4: frame elbow and frame joint_4
     t13 = -t12
     t14 = s1 * c23
     t15 = s1 * s23
     t16 = -t15
     t17 = s1 * s4
     t18 = s1 * c4
+
+    # waist and joint_4: frame joint_4
     t19 = c4 * t11
     t20 = t17 + t19
     t21 = s4 * t11
     t22 = t18 - t21
     t23 = c1 * s4
     t24 = c1 * c4
+
+    # shoulder, elbow and joint_4: frame joint_4
     t25 = c4 * t14
     t26 = t25 - t23
     t27 = s4 * t14
@@ -161,12 +191,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t30 = s23 * s4
     t31 = -t28
     t32 = -t30
+
+    # waist, shoulder and elbow: frame joint_4
     t33 = t12 * 0.35
     t34 = t4 + t33
     t35 = t15 * 0.35
     t36 = t5 + t35
     t37 = c23 * 0.35
     t38 = t10 - t37
+
+    # joint_5: frame joint_5 and frame joint_6
     t39 = s5 * t12
     t40 = c5 * t12
     t41 = c5 * t20
@@ -175,6 +209,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t44 = t43 + t40
     t45 = t44 * 0.1
     t46 = t34 + t45
+
+    # shoulder, elbow and joint_5: frame joint_5 and frame joint_6
     t47 = c5 * t26
     t48 = s5 * t26
     t49 = s5 * t15
@@ -185,12 +221,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t54 = t36 + t53
     t55 = c23 * s5
     t56 = c23 * c5
+
+    # joint_5: frame joint_5 and frame joint_6
     t57 = c5 * t29
     t58 = t55 + t57
     t59 = s5 * t29
     t60 = t59 - t56
     t61 = t60 * 0.1
     t62 = t38 + t61
+
+    # joint_6: frame joint_6
     t63 = c6 * t42
     t64 = s6 * t42
     t65 = s6 * t22
@@ -308,12 +348,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # shoulder, joint_4 and joint_5: position
     t0 = s5 * 0.1
     t1 = c5 * 0.1
     t2 = t1 + 0.35
@@ -321,6 +366,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t4 = s4 * t0
     t5 = c2 * 0.4
     t6 = s2 * 0.4
+
+    # shoulder and elbow: position
     t7 = s23 * t2
     t8 = c23 * t2
     t9 = c23 * t3
@@ -329,6 +376,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t12 = t11 - t8
     t13 = t12 + t6
     t14 = t10 + t5
+
+    # waist: position
     t15 = s1 * t4
     t16 = s1 * t14
     t17 = c1 * t14

@@ -23,7 +23,7 @@ from typing import NamedTuple
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -32,6 +32,8 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
+from ._parameters import Values
 
 __all__ = [
     "DOF",
@@ -99,16 +101,19 @@ FRAMES: tuple[str, ...] = (
 
 
 class Params(NamedTuple):
-    """Runtime parameters; the defaults are the values of the robot file."""
+    """Runtime parameters; the defaults are the values of the robot file.
 
-    L1: float = 0.4002
-    L2: float = 0.2997
-    tilt: float = 0.0005235987755982989
-    skew: float = -0.00034906585039886593
-    zero_2: float = 0.0019198621771937625
+    Each is a number for all configurations, or an array (...) that broadcasts with the batch.
+    """
+
+    L1: Values = 0.4002
+    L2: Values = 0.2997
+    tilt: Values = 0.0005235987755982989
+    skew: Values = -0.00034906585039886593
+    zero_2: Values = 0.0019198621771937625
 
 
-_native = load_native("053717e017e835ab")
+_native = load_native("7c8668498d68bbc3")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -127,7 +132,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="calibrated_2r",
@@ -142,6 +147,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 2) gives (..., 3, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     31 multiplications, 13 additions, 3 changes of sign, 4 sine-cosine pairs for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -162,4 +169,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

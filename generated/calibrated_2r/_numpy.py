@@ -32,15 +32,22 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
         The computed entries, one array (N,) or number each.
     """
     params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
+    # Angle sums: qu3 of joint_2 and zero_2
     qu3 = q[1] + params.zero_2
+
+    # Sines and cosines
     su1, cu1 = _sincos(params.tilt)
     su2, cu2 = _sincos(params.skew)
     s1, c1 = _sincos(q[0])
     su3, cu3 = _sincos(qu3)
+
+    # joint_2, zero_2, skew and tilt: rotation and position
     t0 = cu3 * cu2
     t1 = cu3 * su2
     t2 = su3 * cu1
     t3 = su3 * su1
+
+    # skew and tilt: rotation and position
     t4 = su1 * t1
     t5 = t2 + t4
     t6 = cu1 * t1
@@ -48,6 +55,8 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t8 = su1 * cu2
     t9 = cu1 * cu2
     t10 = params.L2 * t7
+
+    # joint_1: rotation and position
     t11 = s1 * t5
     t12 = c1 * t5
     t13 = c1 * t0
@@ -56,6 +65,8 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t16 = t15 + t12
     t17 = s1 * t8
     t18 = c1 * t8
+
+    # joint_1 and skew: rotation and position
     t19 = c1 * su2
     t20 = t17 + t19
     t21 = s1 * su2
@@ -64,6 +75,8 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t24 = params.L1 * s1
     t25 = t9 * t16
     t26 = t9 * t14
+
+    # joint_1 and skew: rotation
     t27 = t7 * t22
     t28 = t27 - t25
     t29 = t7 * t20
@@ -71,6 +84,8 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t31 = t14 * t22
     t32 = t16 * t20
     t33 = t32 - t31
+
+    # joint_1: position
     t34 = params.L2 * t14
     t35 = t23 + t34
     t36 = params.L2 * t16
@@ -102,11 +117,16 @@ def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
         The computed entries, one array (N,) or number each.
     """
     params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
+    # Angle sums: qu3 of joint_2 and zero_2
     qu3 = q[1] + params.zero_2
+
+    # Sines and cosines
     su1, cu1 = _sincos(params.tilt)
     su2, cu2 = _sincos(params.skew)
     s1, c1 = _sincos(q[0])
     su3, cu3 = _sincos(qu3)
+
+    # joint_1, skew and tilt: frame joint_1
     t0 = cu1 * cu2
     t1 = s1 * cu1
     t2 = -t1
@@ -119,6 +139,8 @@ def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t9 = su2 * t3
     t10 = t8 - t9
     t11 = cu2 * t3
+
+    # joint_1 and skew: frame joint_1
     t12 = c1 * su2
     t13 = t12 + t11
     t14 = params.L1 * c1
@@ -129,6 +151,8 @@ def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t19 = s1 * su2
     t20 = t19 - t16
     t21 = params.L1 * s1
+
+    # joint_2 and zero_2: frame joint_2
     t22 = su3 * t1
     t23 = cu3 * t1
     t24 = cu3 * t10
@@ -146,6 +170,8 @@ def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     t36 = t32 - t35
     t37 = params.L2 * t34
     t38 = t21 + t37
+
+    # joint_2, zero_2 and tilt: frame joint_2
     t39 = su3 * su1
     t40 = su3 * t5
     t41 = cu3 * t5
@@ -204,22 +230,31 @@ def position(q: Floats, params: Any) -> tuple[Floats | float, ...]:
         The computed entries, one array (N,) or number each.
     """
     params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
+    # Angle sums: qu3 of joint_2 and zero_2
     qu3 = q[1] + params.zero_2
+
+    # Sines and cosines
     su1, cu1 = _sincos(params.tilt)
     su2, cu2 = _sincos(params.skew)
     s1, c1 = _sincos(q[0])
     su3, cu3 = _sincos(qu3)
+
+    # joint_2, zero_2 and skew: position
     t0 = params.L2 * cu3
     t1 = params.L2 * su3
     t2 = cu2 * t0
     t3 = su2 * t0
     t4 = params.L1 + t2
+
+    # tilt: position
     t5 = su1 * t3
     t6 = cu1 * t3
     t7 = cu1 * t1
     t8 = t5 + t7
     t9 = su1 * t1
     t10 = t9 - t6
+
+    # joint_1: position
     t11 = c1 * t4
     t12 = s1 * t4
     t13 = s1 * t8

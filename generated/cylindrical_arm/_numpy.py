@@ -30,7 +30,10 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: rotation and position
     t0 = q[2] * c1
     t1 = -s1
     t2 = q[2] * s1
@@ -60,7 +63,10 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: frame turn and frame out
     t0 = q[2] * c1
     t1 = -s1
     t2 = q[2] * s1
@@ -126,7 +132,10 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: position
     t0 = q[2] * c1
     t1 = q[2] * s1
     t2 = -t1

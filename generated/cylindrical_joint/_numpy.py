@@ -30,7 +30,10 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: rotation
     t0 = -s1
     return (
         c1,
@@ -57,7 +60,10 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: frame turn
     t0 = -s1
     return (
         c1,

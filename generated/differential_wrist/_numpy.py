@@ -30,9 +30,12 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # forearm, bend and roll: rotation and position
     t0 = s2 * s3
     t1 = c2 * c3
     t2 = s2 * c3
@@ -42,12 +45,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t6 = 0.35 + t5
     t7 = s1 * s3
     t8 = c1 * s3
+
+    # forearm and roll: rotation
     t9 = c1 * t1
     t10 = t9 - t7
     t11 = s1 * t1
     t12 = t11 + t8
     t13 = s1 * c3
     t14 = c1 * c3
+
+    # forearm and bend: rotation and position
     t15 = c1 * t4
     t16 = t13 + t15
     t17 = -t16
@@ -82,9 +89,12 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # forearm, bend and roll: frame forearm, frame bend and frame roll
     t0 = s2 * s3
     t1 = -s1
     t2 = -s2
@@ -98,6 +108,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t10 = t9 * 0.08
     t11 = s2 * c3
     t12 = -t11
+
+    # forearm and roll: frame roll
     t13 = s1 * s3
     t14 = s1 * c3
     t15 = c3 * t3
@@ -107,6 +119,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t19 = -t18
     t20 = c1 * s3
     t21 = c1 * c3
+
+    # roll: frame roll
     t22 = c3 * t6
     t23 = t20 + t22
     t24 = s3 * t6
@@ -172,8 +186,11 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # forearm and bend: position
     t0 = s2 * 0.08
     t1 = c1 * t0
     t2 = s1 * t0

@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_2, joint_4, joint_5 and joint_6: rotation and position
     t0 = c2 * 0.77
     t1 = s2 * -0.77
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # joint_4 and joint_5: rotation and position
     t6 = c4 * t2
     t7 = t6 - t4
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # joint_2, joint_3 and joint_5: rotation and position
     t12 = s2m3 * t3
     t13 = c2m3 * t3
     t14 = c2m3 * t7
@@ -58,10 +67,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t18 = -t17
     t19 = s2m3 * c5
     t20 = c2m3 * c5
+
+    # joint_2 and joint_3: rotation and position
     t21 = c2m3 * t10
     t22 = t21 - t19
     t23 = s2m3 * t10
     t24 = t23 + t20
+
+    # joint_2 and joint_3: position
     t25 = s2m3 * 0.96
     t26 = s2m3 * 0.1
     t27 = c2m3 * 0.1
@@ -71,12 +84,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t31 = t26 + t30
     t32 = t1 - t31
     t33 = 0.15 + t29
+
+    # joint_1: rotation
     t34 = c1 * t15
     t35 = s1 * t15
     t36 = s1 * t9
     t37 = t34 - t36
     t38 = c1 * t9
     t39 = t35 + t38
+
+    # joint_1: rotation and position
     t40 = c1 * t22
     t41 = s1 * t22
     t42 = s1 * t11
@@ -93,6 +110,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t53 = t39 * t43
     t54 = 0.1 * t43
     t55 = t46 - t54
+
+    # joint_1, joint_2 and joint_3: rotation and position
     t56 = t24 * t37
     t57 = t50 + t56
     t58 = t37 * t45
@@ -126,13 +145,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2 and frame joint_3
     t0 = c1 * s2
     t1 = s1 * s2
     t2 = -s1
@@ -142,12 +166,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t6 = -s2m3
     t7 = c1 * 0.15
     t8 = s1 * 0.15
+
+    # joint_1 and joint_2: frame joint_2
     t9 = c1 * c2
     t10 = s1 * c2
     t11 = t9 * 0.77
     t12 = t7 + t11
     t13 = t10 * 0.77
     t14 = t8 + t13
+
+    # joint_1, joint_2, joint_3 and joint_4: frame joint_3 and frame joint_4
     t15 = c1 * c2m3
     t16 = c1 * s2m3
     t17 = s1 * c2m3
@@ -160,6 +188,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t24 = t5 - t23
     t25 = s1 * s4
     t26 = s1 * c4
+
+    # joint_1 and joint_4: frame joint_4 and frame joint_5
     t27 = c4 * t15
     t28 = t27 - t25
     t29 = s4 * t15
@@ -167,6 +197,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t31 = -t30
     t32 = c1 * s4
     t33 = c1 * c4
+
+    # joint_2, joint_3 and joint_4: frame joint_4
     t34 = c4 * t17
     t35 = t32 + t34
     t36 = s4 * t17
@@ -176,12 +208,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t40 = -t37
     t41 = -t38
     t42 = -t39
+
+    # joint_1, joint_2 and joint_3: frame joint_4
     t43 = t16 * 0.96
     t44 = t20 - t43
     t45 = t18 * 0.96
     t46 = t22 - t45
     t47 = c2m3 * 0.96
     t48 = t24 - t47
+
+    # joint_5: frame joint_5 and frame joint_6
     t49 = s5 * t16
     t50 = c5 * t16
     t51 = c5 * t28
@@ -190,6 +226,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t54 = t50 - t53
     t55 = 0.1 * t54
     t56 = t44 - t55
+
+    # joint_2, joint_3 and joint_5: frame joint_5 and frame joint_6
     t57 = s5 * t18
     t58 = c5 * t18
     t59 = c5 * t35
@@ -200,12 +238,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t64 = t46 - t63
     t65 = c2m3 * s5
     t66 = c2m3 * c5
+
+    # joint_5: frame joint_5 and frame joint_6
     t67 = c5 * t38
     t68 = t65 - t67
     t69 = s5 * t38
     t70 = t66 + t69
     t71 = 0.1 * t70
     t72 = t48 - t71
+
+    # joint_6: frame joint_6
     t73 = c6 * t52
     t74 = s6 * t52
     t75 = s6 * t30
@@ -322,12 +364,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # joint_2, joint_4 and joint_5: position
     t0 = s5 * 0.1
     t1 = c5 * 0.1
     t2 = t1 + 0.96
@@ -336,6 +383,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t5 = 0.1 + t3
     t6 = c2 * 0.77
     t7 = s2 * -0.77
+
+    # joint_2 and joint_3: position
     t8 = s2m3 * t2
     t9 = s2m3 * t5
     t10 = c2m3 * t5
@@ -345,6 +394,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t14 = t7 - t13
     t15 = t11 + t6
     t16 = 0.15 + t15
+
+    # joint_1: position
     t17 = c1 * t16
     t18 = s1 * t16
     t19 = s1 * t4

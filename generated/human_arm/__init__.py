@@ -29,7 +29,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -38,6 +38,7 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
 
 __all__ = [
     "DOF",
@@ -130,7 +131,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("2934acb1d4040adf")
+_native = load_native("cbc1173471584e3c")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -149,7 +150,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="human_arm",
@@ -164,6 +165,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 9) gives (..., 10, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     95 multiplications, 46 additions, 9 changes of sign, 9 sine-cosine pairs for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -184,4 +187,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

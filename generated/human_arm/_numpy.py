@@ -30,6 +30,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -39,6 +40,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s7, c7 = _sincos(q[6])
     s8, c8 = _sincos(q[7])
     s9, c9 = _sincos(q[8])
+
+    # Q19, Q20 and Q21: rotation
     t0 = c8 * c9
     t1 = s8 * c9
     t2 = s7 * s9
@@ -49,6 +52,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t7 = t6 + t3
     t8 = c7 * c8
     t9 = s7 * c8
+
+    # Q18 and Q20: rotation and position
     t10 = s6 * t5
     t11 = c6 * t5
     t12 = c6 * t0
@@ -64,6 +69,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t22 = c6 * 0.26
     t23 = s6 * 0.26
     t24 = t22 + 0.29
+
+    # Q17: rotation and position
     t25 = c5 * t15
     t26 = s5 * t15
     t27 = s5 * t7
@@ -78,6 +85,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t36 = t32 + t35
     t37 = c5 * t23
     t38 = s5 * t23
+
+    # Q16: rotation
     t39 = c4 * t13
     t40 = s4 * t13
     t41 = s4 * t30
@@ -90,12 +99,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t48 = t45 + t47
     t49 = s4 * t19
     t50 = t46 - t49
+
+    # Q16: position
     t51 = s4 * t38
     t52 = s4 * t24
     t53 = c4 * t24
     t54 = t53 - t51
     t55 = c4 * t38
     t56 = t52 + t55
+
+    # Q15: rotation
     t57 = c3 * t42
     t58 = s3 * t42
     t59 = s3 * t28
@@ -108,6 +121,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t66 = t63 - t65
     t67 = c3 * t34
     t68 = t64 + t67
+
+    # Q15: position
     t69 = c3 * t54
     t70 = s3 * t54
     t71 = s3 * t37
@@ -115,6 +130,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t73 = c3 * t37
     t74 = t70 + t73
     t75 = t72 - 0.16
+
+    # Q14: rotation
     t76 = c2 * t60
     t77 = s2 * t60
     t78 = s2 * t44
@@ -127,12 +144,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t85 = t82 + t84
     t86 = c2 * t50
     t87 = t83 - t86
+
+    # Q14: position
     t88 = s2 * t56
     t89 = s2 * t75
     t90 = c2 * t75
     t91 = t88 + t90
     t92 = c2 * t56
     t93 = t92 - t89
+
+    # Q13: rotation
     t94 = c1 * t79
     t95 = s1 * t79
     t96 = s1 * t62
@@ -145,6 +166,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t103 = t100 - t102
     t104 = c1 * t68
     t105 = t101 + t104
+
+    # Q13: position
     t106 = s1 * t74
     t107 = s1 * t91
     t108 = c1 * t91
@@ -152,6 +175,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t110 = c1 * t74
     t111 = t110 - t107
     t112 = -t109
+
+    # Q13: rotation
     t113 = t87 * t99
     t114 = t87 * t97
     t115 = t99 * t103
@@ -186,6 +211,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -195,6 +221,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     s7, c7 = _sincos(q[6])
     s8, c8 = _sincos(q[7])
     s9, c9 = _sincos(q[8])
+
+    # Q13, Q14 and Q15: frame Q13, frame Q14 and frame Q15
     t0 = -c1
     t1 = -s1
     t2 = c1 * c2
@@ -214,12 +242,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t16 = t12 + t15
     t17 = c1 * s3
     t18 = c1 * c3
+
+    # Q14 and Q15: frame Q15
     t19 = c3 * t5
     t20 = t17 + t19
     t21 = s3 * t5
     t22 = t21 - t18
     t23 = s2 * c3
     t24 = s2 * s3
+
+    # Q14 and Q16: frame Q16
     t25 = c4 * t14
     t26 = s4 * t14
     t27 = s4 * t3
@@ -240,6 +272,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t42 = t39 + t41
     t43 = s4 * t23
     t44 = t40 - t43
+
+    # Q17: frame Q17 and frame Q18
     t45 = s5 * t30
     t46 = c5 * t30
     t47 = c5 * t16
@@ -261,12 +295,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t63 = s5 * t24
     t64 = t60 + t63
     t65 = -t64
+
+    # Q16: frame Q17
     t66 = t28 * -0.29
     t67 = t8 - t66
     t68 = t35 * -0.29
     t69 = t9 - t68
     t70 = t42 * 0.29
     t71 = t10 + t70
+
+    # Q18: frame Q18
     t72 = s6 * t48
     t73 = c6 * t48
     t74 = c6 * t28
@@ -285,6 +323,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t87 = t86 - t84
     t88 = c6 * t62
     t89 = t85 + t88
+
+    # Q19: frame Q19
     t90 = c7 * t77
     t91 = s7 * t77
     t92 = s7 * t50
@@ -303,12 +343,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t105 = t102 - t104
     t106 = c7 * t64
     t107 = t103 + t106
+
+    # Q18: frame Q19
     t108 = t75 * -0.26
     t109 = t67 - t108
     t110 = t81 * -0.26
     t111 = t69 - t110
     t112 = t87 * 0.26
     t113 = t71 + t112
+
+    # Q20: frame Q20
     t114 = s8 * t93
     t115 = c8 * t93
     t116 = c8 * t75
@@ -327,6 +371,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t129 = t128 - t126
     t130 = s8 * t87
     t131 = t127 + t130
+
+    # Q21: frame Q21
     t132 = s9 * t95
     t133 = c9 * t95
     t134 = c9 * t117
@@ -478,23 +524,30 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # Q17 and Q18: position
     t0 = c6 * 0.26
     t1 = s6 * 0.26
     t2 = t0 + 0.29
     t3 = c5 * t1
     t4 = s5 * t1
+
+    # Q16: position
     t5 = s4 * t4
     t6 = s4 * t2
     t7 = c4 * t2
     t8 = t7 - t5
     t9 = c4 * t4
     t10 = t6 + t9
+
+    # Q15: position
     t11 = c3 * t8
     t12 = s3 * t8
     t13 = s3 * t3
@@ -502,12 +555,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t15 = c3 * t3
     t16 = t12 + t15
     t17 = t14 - 0.16
+
+    # Q14: position
     t18 = s2 * t10
     t19 = s2 * t17
     t20 = c2 * t17
     t21 = t18 + t20
     t22 = c2 * t10
     t23 = t22 - t19
+
+    # Q13: position
     t24 = s1 * t16
     t25 = s1 * t21
     t26 = c1 * t21

@@ -41,7 +41,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -50,6 +50,7 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
 
 __all__ = [
     "DOF",
@@ -190,7 +191,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("5e4129a1489ef99a")
+_native = load_native("baf785a924638d43")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -209,7 +210,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="human_body",
@@ -224,6 +225,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 21) gives (..., 22, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     254 multiplications, 133 additions, 14 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -244,4 +247,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

@@ -30,6 +30,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -51,6 +52,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s19, c19 = _sincos(q[18])
     s20, c20 = _sincos(q[19])
     s21, c21 = _sincos(q[20])
+
+    # Q16, Q17, Q18, Q19, Q20 and Q21: rotation and position
     t0 = c20 * c21
     t1 = s20 * c21
     t2 = s19 * s21
@@ -102,6 +105,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t48 = t45 + t47
     t49 = s16 * t19
     t50 = t46 - t49
+
+    # Q13, Q14, Q15 and Q16: rotation and position
     t51 = s16 * t38
     t52 = s16 * t24
     t53 = c16 * t24
@@ -157,6 +162,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t103 = t102 - t100
     t104 = c13 * t68
     t105 = t101 + t104
+
+    # Q10, Q11, Q12 and Q13: rotation and position
     t106 = s13 * t74
     t107 = s13 * t91
     t108 = c13 * t91
@@ -213,6 +220,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t159 = t158 - t156
     t160 = s10 * t123
     t161 = t160 + t157
+
+    # Q7, Q8, Q9 and Q10: rotation and position
     t162 = s10 * t147
     t163 = c10 * t147
     t164 = c10 * t129
@@ -268,6 +277,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t214 = t213 - t211
     t215 = s7 * t178
     t216 = t215 + t212
+
+    # Q4, Q5, Q6 and Q7: rotation and position
     t217 = s7 * t202
     t218 = c7 * t202
     t219 = c7 * t184
@@ -323,6 +334,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t269 = t268 - t266
     t270 = s4 * t233
     t271 = t270 + t267
+
+    # Q1, Q2, Q3 and Q4: rotation and position
     t272 = s4 * t257
     t273 = c4 * t257
     t274 = c4 * t239
@@ -379,6 +392,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t325 = s1 * t288
     t326 = t322 + t325
     t327 = -t326
+
+    # Q1: rotation and position
     t328 = s1 * t312
     t329 = s1 * t294
     t330 = c1 * t294
@@ -420,6 +435,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -441,6 +457,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     s19, c19 = _sincos(q[18])
     s20, c20 = _sincos(q[19])
     s21, c21 = _sincos(q[20])
+
+    # Q1, Q2, Q3 and Q4: frame Q1, frame Q2, frame Q3 and frame Q4
     t0 = -s1
     t1 = s1 * c2
     t2 = -t1
@@ -485,6 +503,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t41 = t38 - t40
     t42 = s4 * t19
     t43 = t39 + t42
+
+    # Q5: frame Q5
     t44 = s5 * t12
     t45 = c5 * t12
     t46 = c5 * t30
@@ -503,6 +523,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t59 = t56 + t58
     t60 = s5 * t43
     t61 = t57 - t60
+
+    # Q5 and Q6: frame Q6
     t62 = s6 * t49
     t63 = c6 * t49
     t64 = c6 * t28
@@ -527,6 +549,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t83 = t23 + t82
     t84 = t59 * 0.12
     t85 = t24 + t84
+
+    # Q7: frame Q7
     t86 = s7 * t47
     t87 = c7 * t47
     t88 = c7 * t65
@@ -545,6 +569,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t101 = t98 + t100
     t102 = c7 * t59
     t103 = t102 - t99
+
+    # Q8: frame Q8
     t104 = s8 * t67
     t105 = c8 * t67
     t106 = c8 * t91
@@ -563,6 +589,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t119 = t116 + t118
     t120 = c8 * t79
     t121 = t120 - t117
+
+    # Q8 and Q9: frame Q9
     t122 = s9 * t109
     t123 = c9 * t109
     t124 = c9 * t89
@@ -587,6 +615,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t143 = t83 + t142
     t144 = t119 * -0.13
     t145 = t85 - t144
+
+    # Q10 and Q11: frame Q10, frame Q11 and frame Q12
     t146 = s10 * t107
     t147 = c10 * t107
     t148 = c10 * t125
@@ -626,6 +656,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t182 = c11 * t139
     t183 = t182 - t179
     t184 = -t181
+
+    # Q11, Q12 and Q13: frame Q12, frame Q13 and frame Q14
     t185 = s12 * t169
     t186 = c12 * t169
     t187 = c12 * t149
@@ -677,6 +709,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t233 = c13 * t181
     t234 = t230 + t233
     t235 = -t234
+
+    # Q14: frame Q14
     t236 = c14 * t218
     t237 = s14 * t218
     t238 = s14 * t190
@@ -701,6 +735,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t257 = t210 + t256
     t258 = t251 * -0.16
     t259 = t214 - t258
+
+    # Q15: frame Q15
     t260 = c15 * t239
     t261 = s15 * t239
     t262 = s15 * t220
@@ -719,6 +755,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t275 = t274 - t272
     t276 = c15 * t234
     t277 = t273 + t276
+
+    # Q16 and Q17: frame Q16, frame Q17 and frame Q18
     t278 = c16 * t263
     t279 = s16 * t263
     t280 = s16 * t241
@@ -764,6 +802,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t320 = t257 + t319
     t321 = t293 * -0.29
     t322 = t259 - t321
+
+    # Q18: frame Q18
     t323 = c18 * t281
     t324 = s18 * t281
     t325 = s18 * t299
@@ -782,6 +822,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t338 = t337 - t335
     t339 = s18 * t293
     t340 = t336 + t339
+
+    # Q18 and Q19: frame Q19
     t341 = c19 * t328
     t342 = s19 * t328
     t343 = s19 * t301
@@ -806,6 +848,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t362 = t320 + t361
     t363 = t338 * -0.26
     t364 = t322 - t363
+
+    # Q20: frame Q20
     t365 = s20 * t344
     t366 = c20 * t344
     t367 = c20 * t326
@@ -824,6 +868,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t380 = t379 - t377
     t381 = s20 * t338
     t382 = t378 + t381
+
+    # Q21: frame Q21
     t383 = c21 * t368
     t384 = s21 * t368
     t385 = s21 * t346
@@ -1119,6 +1165,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -1137,17 +1184,23 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     s16, c16 = _sincos(q[15])
     s17, c17 = _sincos(q[16])
     s18, c18 = _sincos(q[17])
+
+    # Q17 and Q18: position
     t0 = c18 * 0.26
     t1 = s18 * 0.26
     t2 = t0 + 0.29
     t3 = c17 * t1
     t4 = s17 * t1
+
+    # Q16: position
     t5 = s16 * t4
     t6 = s16 * t2
     t7 = c16 * t2
     t8 = t7 - t5
     t9 = c16 * t4
     t10 = t6 + t9
+
+    # Q15: position
     t11 = c15 * t8
     t12 = s15 * t8
     t13 = s15 * t3
@@ -1155,12 +1208,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t15 = c15 * t3
     t16 = t12 + t15
     t17 = t14 - 0.16
+
+    # Q14: position
     t18 = s14 * t10
     t19 = s14 * t17
     t20 = c14 * t17
     t21 = t18 + t20
     t22 = c14 * t10
     t23 = t22 - t19
+
+    # Q13: position
     t24 = s13 * t16
     t25 = s13 * t21
     t26 = c13 * t21
@@ -1169,18 +1226,24 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t29 = t28 - t25
     t30 = t27 - 0.05
     t31 = t29 - 0.14
+
+    # Q12: position
     t32 = s12 * t23
     t33 = s12 * t30
     t34 = c12 * t30
     t35 = t32 + t34
     t36 = c12 * t23
     t37 = t36 - t33
+
+    # Q11: position
     t38 = s11 * t37
     t39 = c11 * t37
     t40 = c11 * t31
     t41 = t38 + t40
     t42 = s11 * t31
     t43 = t42 - t39
+
+    # Q10: position
     t44 = s10 * t41
     t45 = c10 * t41
     t46 = c10 * t35
@@ -1188,18 +1251,24 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t48 = s10 * t35
     t49 = t48 - t45
     t50 = t49 + 0.13
+
+    # Q9: position
     t51 = c9 * t47
     t52 = s9 * t47
     t53 = s9 * t43
     t54 = t53 - t51
     t55 = c9 * t43
     t56 = t52 + t55
+
+    # Q8: position
     t57 = s8 * t56
     t58 = c8 * t56
     t59 = c8 * t50
     t60 = t57 + t59
     t61 = s8 * t50
     t62 = t61 - t58
+
+    # Q7: position
     t63 = s7 * t60
     t64 = c7 * t60
     t65 = c7 * t54
@@ -1207,18 +1276,24 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t67 = s7 * t54
     t68 = t67 - t64
     t69 = t68 - 0.12
+
+    # Q6: position
     t70 = c6 * t66
     t71 = s6 * t66
     t72 = s6 * t62
     t73 = t72 - t70
     t74 = c6 * t62
     t75 = t71 + t74
+
+    # Q5: position
     t76 = s5 * t75
     t77 = c5 * t75
     t78 = c5 * t69
     t79 = t76 + t78
     t80 = s5 * t69
     t81 = t80 - t77
+
+    # Q4: position
     t82 = s4 * t79
     t83 = c4 * t79
     t84 = c4 * t73
@@ -1226,18 +1301,24 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t86 = s4 * t73
     t87 = t86 - t83
     t88 = t87 + 0.11
+
+    # Q3: position
     t89 = s3 * t81
     t90 = s3 * t85
     t91 = c3 * t85
     t92 = t91 - t89
     t93 = c3 * t81
     t94 = t90 + t93
+
+    # Q2: position
     t95 = s2 * t94
     t96 = c2 * t94
     t97 = c2 * t88
     t98 = t95 + t97
     t99 = s2 * t88
     t100 = t99 - t96
+
+    # Q1: position
     t101 = s1 * t98
     t102 = s1 * t92
     t103 = c1 * t92

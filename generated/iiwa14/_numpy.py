@@ -30,6 +30,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -37,16 +38,22 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
     s7, c7 = _sincos(q[6])
+
+    # joint_5, joint_6 and joint_7: rotation
     t0 = c6 * c7
     t1 = s6 * c7
     t2 = s5 * s7
     t3 = c5 * s7
+
+    # joint_5 and joint_6: rotation and position
     t4 = c5 * t0
     t5 = t4 - t2
     t6 = s5 * t0
     t7 = t6 + t3
     t8 = c5 * s6
     t9 = s5 * s6
+
+    # joint_4 and joint_6: rotation and position
     t10 = s4 * t1
     t11 = c4 * t1
     t12 = c4 * t5
@@ -55,6 +62,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t15 = t11 - t14
     t16 = s4 * c6
     t17 = c4 * c6
+
+    # joint_4: rotation and position
     t18 = c4 * t8
     t19 = t18 - t16
     t20 = s4 * t8
@@ -62,12 +71,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t22 = s4 * 0.4
     t23 = c4 * 0.4
     t24 = t23 + 0.42
+
+    # joint_3: rotation
     t25 = c3 * t13
     t26 = s3 * t13
     t27 = s3 * t7
     t28 = t27 - t25
     t29 = c3 * t7
     t30 = t26 + t29
+
+    # joint_3: rotation and position
     t31 = c3 * t19
     t32 = s3 * t19
     t33 = s3 * t9
@@ -76,18 +89,24 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t36 = t32 + t35
     t37 = c3 * t22
     t38 = s3 * t22
+
+    # joint_2: rotation
     t39 = s2 * t15
     t40 = c2 * t15
     t41 = c2 * t28
     t42 = t39 + t41
     t43 = s2 * t28
     t44 = t43 - t40
+
+    # joint_2: rotation and position
     t45 = s2 * t21
     t46 = c2 * t21
     t47 = c2 * t34
     t48 = t47 - t45
     t49 = s2 * t34
     t50 = t49 + t46
+
+    # joint_2: position
     t51 = c2 * t37
     t52 = s2 * t37
     t53 = s2 * t24
@@ -95,6 +114,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t55 = c2 * t24
     t56 = t52 + t55
     t57 = t56 + 0.36
+
+    # joint_1: rotation
     t58 = s1 * t30
     t59 = c1 * t30
     t60 = c1 * t42
@@ -102,6 +123,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t62 = s1 * t42
     t63 = t59 - t62
     t64 = -t61
+
+    # joint_1: rotation and position
     t65 = s1 * t36
     t66 = c1 * t36
     t67 = c1 * t48
@@ -109,12 +132,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t69 = s1 * t48
     t70 = t66 - t69
     t71 = -t68
+
+    # joint_1: position
     t72 = s1 * t38
     t73 = s1 * t54
     t74 = c1 * t54
     t75 = t72 + t74
     t76 = c1 * t38
     t77 = t76 - t73
+
+    # joint_1: rotation and position
     t78 = t50 * t63
     t79 = t63 * t68
     t80 = t44 * t70
@@ -122,6 +149,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t82 = t44 * t68
     t83 = t68 * 0.126
     t84 = t75 - t83
+
+    # joint_1 and joint_2: rotation and position
     t85 = t50 * t61
     t86 = t82 - t85
     t87 = t61 * t70
@@ -155,6 +184,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -162,6 +192,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
     s7, c7 = _sincos(q[6])
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2, frame joint_3 and frame joint_4
     t0 = -s1
     t1 = -s2
     t2 = c1 * c2
@@ -177,6 +209,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t12 = -t11
     t13 = c1 * s3
     t14 = c1 * c3
+
+    # joint_1, joint_2 and joint_3: frame joint_3
     t15 = c3 * t4
     t16 = t13 + t15
     t17 = s3 * t4
@@ -190,6 +224,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t25 = t5 * 0.42
     t26 = c2 * 0.42
     t27 = 0.36 + t26
+
+    # joint_2 and joint_4: frame joint_4
     t28 = s4 * t3
     t29 = c4 * t3
     t30 = c4 * t9
@@ -206,11 +242,15 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t41 = -t40
     t42 = c2 * s4
     t43 = c2 * c4
+
+    # joint_4: frame joint_4 and frame joint_5
     t44 = c4 * t19
     t45 = t42 - t44
     t46 = s4 * t19
     t47 = t43 + t46
     t48 = -t47
+
+    # joint_5: frame joint_5
     t49 = s5 * t11
     t50 = c5 * t11
     t51 = c5 * t31
@@ -230,12 +270,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t65 = t62 + t64
     t66 = c5 * t20
     t67 = t66 - t63
+
+    # joint_4: frame joint_5
     t68 = t33 * -0.4
     t69 = t24 + t68
     t70 = t40 * -0.4
     t71 = t25 + t70
     t72 = t47 * 0.4
     t73 = t27 + t72
+
+    # joint_6: frame joint_6 and frame joint_7
     t74 = c6 * t52
     t75 = s6 * t52
     t76 = s6 * t33
@@ -260,6 +304,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t95 = t91 + t94
     t96 = t95 * 0.126
     t97 = t73 + t96
+
+    # joint_7: frame joint_7
     t98 = s7 * t54
     t99 = c7 * t54
     t100 = c7 * t77
@@ -388,17 +434,22 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_5 and joint_6: position
     t0 = s6 * 0.126
     t1 = c6 * 0.126
     t2 = t1 + 0.4
     t3 = c5 * t0
     t4 = s5 * t0
+
+    # joint_4: position
     t5 = s4 * t2
     t6 = s4 * t3
     t7 = c4 * t3
@@ -406,12 +457,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t9 = c4 * t2
     t10 = t6 + t9
     t11 = t10 + 0.42
+
+    # joint_3: position
     t12 = c3 * t8
     t13 = s3 * t8
     t14 = s3 * t4
     t15 = t14 - t12
     t16 = c3 * t4
     t17 = t13 + t16
+
+    # joint_2: position
     t18 = c2 * t15
     t19 = s2 * t15
     t20 = s2 * t11
@@ -419,6 +474,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t22 = c2 * t11
     t23 = t19 + t22
     t24 = t23 + 0.36
+
+    # joint_1: position
     t25 = c1 * t21
     t26 = s1 * t21
     t27 = s1 * t17

@@ -30,19 +30,26 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_2, joint_5 and joint_6: rotation and position
     t0 = s2 * 0.41
     t1 = c2 * 0.41
     t2 = s6 * 0.5
     t3 = s6 * 0.8660254037844386
     t4 = c5 * c6
     t5 = s5 * c6
+
+    # joint_5 and joint_6: rotation and position
     t6 = s5 * t2
     t7 = t6 - t4
     t8 = c5 * t2
@@ -51,20 +58,28 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t11 = c5 * 0.8660254037844386
     t12 = 0.8660254037844386 * t3
     t13 = 0.5 * t3
+
+    # joint_5: rotation
     t14 = 0.5 * t9
     t15 = t12 + t14
     t16 = 0.8660254037844386 * t9
     t17 = t16 - t13
+
+    # joint_5: rotation and position
     t18 = 0.5 * t11
     t19 = t18 - 0.4330127018922193
     t20 = 0.8660254037844386 * t11
     t21 = 0.25 + t20
+
+    # joint_4: rotation
     t22 = s4 * t15
     t23 = c4 * t15
     t24 = c4 * t7
     t25 = t22 + t24
     t26 = s4 * t7
     t27 = t26 - t23
+
+    # joint_4: rotation and position
     t28 = s4 * t19
     t29 = c4 * t19
     t30 = c4 * t10
@@ -74,18 +89,24 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t34 = s4 * 0.0741
     t35 = c4 * 0.0741
     t36 = t35 - 0.0098
+
+    # joint_2 and joint_3: rotation
     t37 = s2m3 * t17
     t38 = c2m3 * t17
     t39 = c2m3 * t25
     t40 = t37 + t39
     t41 = s2m3 * t25
     t42 = t38 - t41
+
+    # joint_2 and joint_3: rotation and position
     t43 = s2m3 * t21
     t44 = c2m3 * t21
     t45 = c2m3 * t31
     t46 = t43 + t45
     t47 = s2m3 * t31
     t48 = t44 - t47
+
+    # joint_2 and joint_3: position
     t49 = s2m3 * 0.2928633098939025
     t50 = s2m3 * t34
     t51 = c2m3 * t34
@@ -95,24 +116,32 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t55 = t54 + t50
     t56 = t55 - t1
     t57 = 0.2755 + t56
+
+    # joint_1: rotation
     t58 = c1 * t40
     t59 = s1 * t40
     t60 = s1 * t27
     t61 = t60 - t58
     t62 = c1 * t27
     t63 = t59 + t62
+
+    # joint_1: rotation and position
     t64 = c1 * t46
     t65 = s1 * t46
     t66 = s1 * t33
     t67 = t66 - t64
     t68 = c1 * t33
     t69 = t65 + t68
+
+    # joint_1: position
     t70 = s1 * t36
     t71 = s1 * t53
     t72 = c1 * t53
     t73 = t70 + t72
     t74 = c1 * t36
     t75 = t74 - t71
+
+    # joint_1: rotation and position
     t76 = t48 * t63
     t77 = t63 * t67
     t78 = t42 * t69
@@ -120,6 +149,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t80 = t42 * t67
     t81 = t67 * 0.20278165494695127
     t82 = t73 + t81
+
+    # joint_1, joint_2 and joint_3: rotation and position
     t83 = t48 * t61
     t84 = t80 - t83
     t85 = t61 * t69
@@ -153,13 +184,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2 and frame joint_3
     t0 = s1 * c2
     t1 = -s1
     t2 = -c1
@@ -171,11 +207,15 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t8 = -t7
     t9 = c2 * 0.41
     t10 = 0.2755 - t9
+
+    # joint_1 and joint_2: frame joint_2
     t11 = c1 * s2
     t12 = s1 * s2
     t13 = t11 * 0.41
     t14 = -t12
     t15 = t12 * -0.41
+
+    # joint_1, joint_2, joint_3 and joint_4: frame joint_3 and frame joint_4
     t16 = c1 * c2m3
     t17 = -t16
     t18 = c1 * s2m3
@@ -188,6 +228,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t25 = t15 - t24
     t26 = s1 * s4
     t27 = s1 * c4
+
+    # joint_1, joint_2, joint_3 and joint_4: frame joint_4
     t28 = c4 * t16
     t29 = t28 - t26
     t30 = s4 * t16
@@ -218,6 +260,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t55 = t53 - t54
     t56 = t20 * 0.2500816549469513
     t57 = t25 + t56
+
+    # joint_2, joint_3 and joint_4: frame joint_4
     t58 = c2m3 * 0.8660254037844386
     t59 = t40 * 0.5
     t60 = t59 - t58
@@ -226,6 +270,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t63 = t61 - t62
     t64 = c2m3 * 0.2500816549469513
     t65 = t10 + t64
+
+    # joint_5: frame joint_5
     t66 = s5 * t44
     t67 = c5 * t44
     t68 = c5 * t29
@@ -245,6 +291,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t82 = t81 - t79
     t83 = c5 * t60
     t84 = t80 + t83
+
+    # joint_1, joint_2, joint_3 and joint_5: frame joint_5 and frame joint_6
     t85 = 0.8660254037844386 * t47
     t86 = 0.5 * t71
     t87 = t85 - t86
@@ -271,6 +319,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t108 = 0.5 * t84
     t109 = t107 - t108
     t110 = 0.8660254037844386 * t84
+
+    # joint_2 and joint_3: frame joint_5 and frame joint_6
     t111 = t63 * -0.5
     t112 = t111 - t110
     t113 = t63 * -0.08556330989390254
@@ -278,6 +328,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t115 = -t112
     t116 = t112 * 0.20278165494695127
     t117 = t114 + t116
+
+    # joint_6: frame joint_6
     t118 = s6 * t87
     t119 = c6 * t87
     t120 = c6 * t69
@@ -393,21 +445,30 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q2m3 of joint_2 and joint_3
     q2m3 = q[1] - q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s2m3, c2m3 = _sincos(q2m3)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # joint_2 and joint_5: position
     t0 = s5 * 0.17561406460551018
     t1 = c5 * 0.17561406460551018
     t2 = s2 * 0.41
     t3 = c2 * 0.41
+
+    # joint_5: position
     t4 = 0.5 * t1
     t5 = t4 - 0.1619070323027551
     t6 = 0.8660254037844386 * t1
     t7 = t6 + 0.09347706868368909
     t8 = t7 + 0.2500816549469513
+
+    # joint_4: position
     t9 = s4 * t5
     t10 = s4 * t0
     t11 = c4 * t0
@@ -415,6 +476,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t13 = c4 * t5
     t14 = t13 - t10
     t15 = -0.0098 - t14
+
+    # joint_2 and joint_3: position
     t16 = s2m3 * t8
     t17 = s2m3 * t12
     t18 = c2m3 * t12
@@ -424,6 +487,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t22 = t2 - t19
     t23 = t21 - t3
     t24 = 0.2755 + t23
+
+    # joint_1: position
     t25 = s1 * t15
     t26 = s1 * t22
     t27 = c1 * t22

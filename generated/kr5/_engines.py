@@ -82,18 +82,24 @@ class Compiled:
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
-        self._latest: tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]] = (None, {}, self._arrays)
+        self._latest: tuple[Any, dict[np.dtype[Any], Any], Callable[..., int] | None] = (None, {}, self._arrays)
 
-    def _prepared(self, params: Any) -> tuple[Any, dict[np.dtype[Any], Any], Callable[..., int]]:
-        """The parameters, their C structs, and the function with these filled in; remembered for the next call."""
+    def _prepared(self, params: Any) -> tuple[Any, dict[np.dtype[Any], Any], Callable[..., int] | None]:
+        """The parameters, their C structs, and the function with these filled in; remembered for the next call.
+
+        Parameters that are arrays have neither, and neither have those that are not plain numbers.
+        """
         latest = self._latest
         if latest[0] is not params:
+            if not all(isinstance(value, (float, int)) for value in params):
+                return params, {}, None
             structs = {real: self._ffi.new(struct, list(params)) for real, struct in self._structs.items()}
-            self._latest = latest = (params, structs, partial(self._arrays, *structs.values()))
+            # No array of parameters, but one set of them for all configurations.
+            self._latest = latest = (params, structs, partial(self._arrays, *structs.values(), 0))
         return latest
 
-    def direct(self, params: Any) -> Callable[..., int]:
-        """The function that small plain arrays may be given to at once."""
+    def direct(self, params: Any) -> Callable[..., int] | None:
+        """The function that small plain arrays may be given to at once; None for parameters that are arrays."""
         return self._prepared(params)[2]
 
     def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
@@ -115,22 +121,34 @@ class Compiled:
         buffers = (self._ffi.from_buffer(items, array) for array in arrays)
         return partial(self._pointers[real], *((structs[real],) if structs else ()), *buffers)
 
-    def fill(self, params: Any, real: np.dtype[Any], code: int, _lead: int, arrays: Sequence[Floats]) -> None:
-        """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
+    def fill(
+        self, params: Any, real: np.dtype[Any], code: int, varied: int, _lead: int, arrays: Sequence[Floats]
+    ) -> None:
+        """Evaluate one block; the first `lead` axes of each array count configurations.
+
+        Inputs come first, then the values of `varied` parameters if these are arrays, then results.
+        """
+        first = len(arrays) - self._results
+        inputs, results = arrays[: first - varied], arrays[first:]
         call = self.direct(params)
-        if call(*map(id, arrays), code):
+        if varied:
+            # The table has to live until the call is over.
+            table = table_of(arrays[first - varied : first], real)
+            blank = [self._ffi.new(struct, []) for struct in self._structs.values()]
+            call = partial(self._arrays, *blank, id(table))
+        if call is None:
+            raise RuntimeError("the parameters are neither numbers nor arrays")
+        if call(*map(id, inputs), *map(id, results), code):
             return
         # Another type or stride: through copies of this block.
-        first = len(arrays) - self._results
-        points = [np.array(array, real, order="C") for array in arrays[:first]]
+        points = [np.array(array, real, order="C") for array in inputs]
         buffers = [
-            np.empty(array.shape[::-1], real).T if code == 2 else np.empty(array.shape, real)
-            for array in arrays[first:]
+            np.empty(array.shape[::-1], real).T if code == 2 else np.empty(array.shape, real) for array in results
         ]
         if not call(*map(id, points), *map(id, buffers), code):
             shapes = ", ".join(str(array.shape) for array in arrays)
             raise RuntimeError(f"the compiled kernel declined arrays of shape {shapes}")
-        for array, buffer in zip(arrays[first:], buffers, strict=True):
+        for array, buffer in zip(results, buffers, strict=True):
             array[...] = buffer
 
 
@@ -153,11 +171,18 @@ class Formula:
         """There are none."""
         return {}
 
-    def fill(self, params: Any, real: np.dtype[Any], code: int, lead: int, arrays: Sequence[Floats]) -> None:
-        """Evaluate one block; the first `lead` axes of each array count configurations, inputs come first."""
+    def fill(
+        self, params: Any, real: np.dtype[Any], code: int, varied: int, lead: int, arrays: Sequence[Floats]
+    ) -> None:
+        """Evaluate one block; the first `lead` axes of each array count configurations.
+
+        Inputs come first, then the values of `varied` parameters if these are arrays, then results.
+        """
         shape = arrays[0].shape[:lead]
         first = len(arrays) - len(self._results)
-        points = [self._numbers(array, lead, real) for array in arrays[:first]]
+        points = [self._numbers(array, lead, real) for array in arrays[: first - varied]]
+        if varied:
+            params = params._make(array.reshape(-1) for array in arrays[first - varied : first])
         rows = iter(self._formula(*points, *(() if params is None else (params,))))
         for result, array in zip(self._results, arrays[first:], strict=True):
             # Without the last rows of matrices, which are the same for all.
@@ -176,6 +201,26 @@ class Formula:
         upper = array[..., :3, :] if is_matrix else array
         rows: Floats = np.ascontiguousarray(upper.reshape(count, math.prod(upper.shape[lead:])).T, real)
         return rows
+
+
+def table_of(params: Sequence[NDArray[Any]], real: np.dtype[Any]) -> NDArray[Any]:
+    """The parameters of each configuration in a row of its own, as an array of C structs has them.
+
+    Args:
+        params: For each parameter its values, all of one shape (...).
+        real: Number type.
+
+    Returns:
+        Shape (N, parameters).
+    """
+    shape = params[0].shape
+    table = np.empty((*shape, len(params)), real)
+    if table.size:
+        table[...] = [array[(0,) * array.ndim] for array in params]
+    for place, array in enumerate(params):
+        if any(array.strides):
+            table[..., place] = array
+    return table.reshape(-1, len(params))
 
 
 def forget(package: dict[str, Any]) -> None:
@@ -222,7 +267,7 @@ def _load(path: Path, stamp: str) -> Any:
         raise ImportError("the file is cut short")
     # The extension reads the headers of arrays, whose form NumPy has kept from 1 to 2.
     if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
-        raise ImportError("it serves CPython with NumPy 1 or 2")
+        raise ImportError("it needs CPython and NumPy 1 or 2")
     try:
         native = importlib.import_module(f"{__package__}._native")
         if _stamp(native) != stamp:
@@ -257,7 +302,7 @@ def _fresh_name(path: Path) -> str:
 
 
 def _load_again(path: str, name: str) -> Any:
-    """The extension at a path, in place of the one that was imported before."""
+    """The extension at a path, instead of the one that was imported before."""
     spec: Any = importlib.util.spec_from_file_location(name, path)
     native = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(native)

@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_2, joint_4, joint_5 and joint_6: rotation and position
     t0 = c2 * 0.6
     t1 = s2 * 0.6
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # joint_4 and joint_5: rotation and position
     t6 = c4 * t2
     t7 = t4 - t6
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # joint_2, joint_3 and joint_5: rotation and position
     t12 = c23 * t7
     t13 = s23 * t7
     t14 = s23 * t3
@@ -57,10 +66,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t13 - t16
     t18 = s23 * c5
     t19 = c23 * c5
+
+    # joint_2 and joint_3: rotation and position
     t20 = c23 * t10
     t21 = t18 + t20
     t22 = s23 * t10
     t23 = t22 - t19
+
+    # joint_2 and joint_3: position
     t24 = s23 * 0.62
     t25 = s23 * 0.12
     t26 = c23 * 0.12
@@ -71,6 +84,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t31 = t30 + t1
     t32 = 0.18 + t28
     t33 = t31 - 0.4
+
+    # joint_1: rotation
     t34 = s1 * t9
     t35 = c1 * t9
     t36 = c1 * t15
@@ -78,6 +93,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t38 = s1 * t15
     t39 = t35 - t38
     t40 = -t37
+
+    # joint_1: rotation and position
     t41 = c1 * t21
     t42 = s1 * t21
     t43 = s1 * t11
@@ -95,6 +112,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t55 = t39 * t44
     t56 = t44 * 0.115
     t57 = t47 + t56
+
+    # joint_1, joint_2 and joint_3: rotation and position
     t58 = t23 * t37
     t59 = t51 + t58
     t60 = -t59
@@ -129,13 +148,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2, frame joint_3 and frame joint_4
     t0 = -s1
     t1 = -s2
     t2 = -c2
@@ -143,6 +167,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t4 = -c23
     t5 = c1 * 0.18
     t6 = s1 * 0.18
+
+    # joint_1 and joint_2: frame joint_2
     t7 = c1 * c2
     t8 = s1 * c2
     t9 = t7 * 0.6
@@ -155,12 +181,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t16 = -t15
     t17 = s2 * 0.6
     t18 = 0.4 - t17
+
+    # joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4
     t19 = c1 * c23
     t20 = c1 * s23
     t21 = -t20
     t22 = s1 * c23
     t23 = s1 * s23
     t24 = -t23
+
+    # joint_1, joint_2, joint_3 and joint_4: frame joint_3 and frame joint_4
     t25 = t19 * 0.12
     t26 = t10 + t25
     t27 = t22 * 0.12
@@ -169,6 +199,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t30 = t18 - t29
     t31 = s1 * s4
     t32 = s1 * c4
+
+    # joint_1 and joint_4: frame joint_4
     t33 = c4 * t19
     t34 = t33 - t31
     t35 = s4 * t19
@@ -176,6 +208,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t37 = -t36
     t38 = c1 * s4
     t39 = c1 * c4
+
+    # joint_2, joint_3 and joint_4: frame joint_4
     t40 = c4 * t22
     t41 = t38 + t40
     t42 = s4 * t22
@@ -183,12 +217,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t44 = s23 * c4
     t45 = s23 * s4
     t46 = -t44
+
+    # joint_1, joint_2 and joint_3: frame joint_4
     t47 = t20 * 0.62
     t48 = t26 - t47
     t49 = t23 * 0.62
     t50 = t28 - t49
     t51 = c23 * 0.62
     t52 = t30 - t51
+
+    # joint_5: frame joint_5 and frame joint_6
     t53 = c5 * t34
     t54 = s5 * t34
     t55 = s5 * t20
@@ -198,6 +236,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t59 = -t58
     t60 = t58 * 0.115
     t61 = t48 - t60
+
+    # joint_2, joint_3 and joint_5: frame joint_5 and frame joint_6
     t62 = c5 * t41
     t63 = s5 * t41
     t64 = s5 * t23
@@ -209,6 +249,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t70 = t50 - t69
     t71 = c23 * s5
     t72 = c23 * c5
+
+    # joint_5: frame joint_5 and frame joint_6
     t73 = c5 * t44
     t74 = t71 + t73
     t75 = s5 * t44
@@ -217,6 +259,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t78 = -t76
     t79 = t76 * 0.115
     t80 = t52 + t79
+
+    # joint_6: frame joint_6
     t81 = s6 * t36
     t82 = c6 * t36
     t83 = c6 * t56
@@ -333,12 +377,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # joint_2, joint_4 and joint_5: position
     t0 = s5 * 0.115
     t1 = c5 * 0.115
     t2 = t1 + 0.62
@@ -347,6 +396,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t5 = t3 - 0.12
     t6 = c2 * 0.6
     t7 = s2 * 0.6
+
+    # joint_2 and joint_3: position
     t8 = s23 * t2
     t9 = c23 * t2
     t10 = c23 * t5
@@ -357,6 +408,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t15 = t13 - t7
     t16 = 0.4 + t15
     t17 = 0.18 + t14
+
+    # joint_1: position
     t18 = s1 * t4
     t19 = s1 * t17
     t20 = c1 * t17

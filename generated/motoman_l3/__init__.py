@@ -25,7 +25,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -34,6 +34,7 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
 
 __all__ = [
     "DOF",
@@ -110,7 +111,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("43623b5d02540538")
+_native = load_native("98969b4f20410b0f")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -129,7 +130,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="motoman_l3",
@@ -144,6 +145,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 5) gives (..., 6, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     28 multiplications, 9 additions, 15 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -164,4 +167,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

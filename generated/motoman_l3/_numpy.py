@@ -30,13 +30,18 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3; q234 of joint_2, joint_3 and joint_4
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
+
+    # joint_1, joint_2, joint_3, joint_4 and joint_5: rotation and position
     t0 = s234 * s5
     t1 = c2 * 0.6
     t2 = c23 * 0.5
@@ -50,16 +55,22 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t10 = -t9
     t11 = c1 * t3
     t12 = s1 * t3
+
+    # joint_1, joint_2, joint_3, joint_4 and joint_5: rotation
     t13 = c234 * c5
     t14 = c234 * s5
     t15 = s1 * s5
     t16 = c1 * s5
+
+    # joint_1 and joint_5: rotation
     t17 = c1 * t13
     t18 = t17 - t15
     t19 = s1 * t13
     t20 = t19 + t16
     t21 = s1 * c5
     t22 = c1 * c5
+
+    # joint_1: rotation
     t23 = c1 * t14
     t24 = t21 + t23
     t25 = s1 * t14
@@ -90,13 +101,19 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3; q234 of joint_2, joint_3 and joint_4
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
+
+    # joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_1, frame joint_2, frame joint_3, frame joint_4 and
+    # frame joint_5
     t0 = s234 * s5
     t1 = -s1
     t2 = -s2
@@ -109,6 +126,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t9 = s1 * c2
     t10 = t8 * 0.6
     t11 = t9 * 0.6
+
+    # joint_1, joint_2 and joint_3: frame joint_2 and frame joint_3
     t12 = c1 * s2
     t13 = -t12
     t14 = s1 * s2
@@ -116,16 +135,22 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t16 = s2 * -0.6
     t17 = c1 * c23
     t18 = s1 * c23
+
+    # joint_1, joint_2 and joint_3: frame joint_4
     t19 = t17 * 0.5
     t20 = t10 + t19
     t21 = t18 * 0.5
     t22 = t11 + t21
+
+    # joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4
     t23 = c1 * s23
     t24 = -t23
     t25 = s1 * s23
     t26 = -t25
     t27 = s23 * 0.5
     t28 = t16 - t27
+
+    # joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_4 and frame joint_5
     t29 = c1 * c234
     t30 = s1 * c234
     t31 = c1 * s234
@@ -136,6 +161,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t36 = -t35
     t37 = s1 * s5
     t38 = s1 * c5
+
+    # joint_1 and joint_5: frame joint_5
     t39 = c5 * t29
     t40 = t39 - t37
     t41 = s5 * t29
@@ -143,6 +170,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t43 = -t42
     t44 = c1 * s5
     t45 = c1 * c5
+
+    # joint_5: frame joint_5
     t46 = c5 * t30
     t47 = t44 + t46
     t48 = s5 * t30
@@ -232,10 +261,15 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # joint_1, joint_2 and joint_3: position
     t0 = c2 * 0.6
     t1 = c23 * 0.5
     t2 = t0 + t1

@@ -30,12 +30,17 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q14 of waist and turn; q23 of shoulder and elbow
     q14 = q[0] + q[3]
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s14, c14 = _sincos(q14)
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist, shoulder, elbow and turn: rotation and position
     t0 = -c14
     t1 = c2 * 900.0
     t2 = c23 * 950.0
@@ -72,17 +77,24 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q14 of waist and turn; q23 of shoulder and elbow
     q14 = q[0] + q[3]
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s14, c14 = _sincos(q14)
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist and turn: frame waist, frame level and frame turn
     t0 = -c14
     t1 = -c1
     t2 = -s1
     t3 = c1 * 150.0
     t4 = s1 * 150.0
+
+    # waist and shoulder: frame shoulder
     t5 = c1 * c2
     t6 = s1 * c2
     t7 = t5 * 900.0
@@ -95,6 +107,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t14 = -t13
     t15 = s2 * 900.0
     t16 = 600.0 + t15
+
+    # waist, shoulder and elbow: frame elbow and frame level
     t17 = c1 * c23
     t18 = s1 * c23
     t19 = t17 * 950.0
@@ -196,10 +210,15 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist, shoulder and elbow: position
     t0 = c2 * 900.0
     t1 = c23 * 950.0
     t2 = t0 + t1

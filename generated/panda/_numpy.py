@@ -30,6 +30,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -37,6 +38,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
     s7, c7 = _sincos(q[6])
+
+    # joint_5, joint_6 and joint_7: rotation and position
     t0 = c6 * c7
     t1 = s6 * c7
     t2 = s6 * 0.107
@@ -48,6 +51,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t8 = t7 + 0.384
     t9 = s5 * s7
     t10 = c5 * s7
+
+    # joint_5 and joint_6: rotation and position
     t11 = c5 * t0
     t12 = t9 + t11
     t13 = s5 * t0
@@ -57,6 +62,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = c5 * t4
     t18 = s5 * t4
     t19 = t17 - 0.0825
+
+    # joint_4 and joint_6: rotation
     t20 = c4 * t12
     t21 = s4 * t12
     t22 = s4 * t1
@@ -65,10 +72,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t25 = t21 + t24
     t26 = s4 * c6
     t27 = c4 * c6
+
+    # joint_4: rotation
     t28 = c4 * t15
     t29 = t26 + t28
     t30 = s4 * t15
     t31 = t30 - t27
+
+    # joint_4: position
     t32 = s4 * t8
     t33 = s4 * t19
     t34 = c4 * t19
@@ -77,6 +88,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t37 = t33 + t36
     t38 = 0.0825 + t35
     t39 = t37 + 0.316
+
+    # joint_3: rotation
     t40 = s3 * t14
     t41 = c3 * t14
     t42 = c3 * t23
@@ -89,12 +102,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t49 = t48 - t46
     t50 = s3 * t29
     t51 = t50 + t47
+
+    # joint_3: position
     t52 = c3 * t38
     t53 = s3 * t38
     t54 = s3 * t18
     t55 = t54 - t52
     t56 = c3 * t18
     t57 = t53 + t56
+
+    # joint_2: rotation
     t58 = c2 * t43
     t59 = s2 * t43
     t60 = s2 * t25
@@ -107,6 +124,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t67 = t64 + t66
     t68 = s2 * t49
     t69 = t65 - t68
+
+    # joint_2: position
     t70 = c2 * t55
     t71 = s2 * t55
     t72 = s2 * t39
@@ -114,6 +133,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t74 = c2 * t39
     t75 = t71 + t74
     t76 = t75 + 0.333
+
+    # joint_1: rotation
     t77 = s1 * t45
     t78 = c1 * t45
     t79 = c1 * t61
@@ -126,12 +147,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t86 = t83 - t85
     t87 = c1 * t51
     t88 = t84 + t87
+
+    # joint_1: position
     t89 = c1 * t73
     t90 = s1 * t73
     t91 = s1 * t57
     t92 = t89 - t91
     t93 = c1 * t57
     t94 = t90 + t93
+
+    # joint_1: rotation
     t95 = t63 * t88
     t96 = t63 * t86
     t97 = t82 * t86
@@ -166,6 +191,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
@@ -173,6 +199,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
     s7, c7 = _sincos(q[6])
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2 and frame joint_3
     t0 = -s1
     t1 = -s2
     t2 = -c2
@@ -191,6 +219,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t15 = -t14
     t16 = c1 * s3
     t17 = c1 * c3
+
+    # joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4
     t18 = c3 * t6
     t19 = t16 + t18
     t20 = s3 * t6
@@ -204,6 +234,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t28 = t7 * 0.316
     t29 = c2 * 0.316
     t30 = 0.333 + t29
+
+    # joint_3 and joint_4: frame joint_4
     t31 = s4 * t4
     t32 = c4 * t4
     t33 = c4 * t12
@@ -212,6 +244,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t36 = t32 - t35
     t37 = t12 * 0.0825
     t38 = t27 + t37
+
+    # joint_2, joint_3 and joint_4: frame joint_4
     t39 = s4 * t7
     t40 = c4 * t7
     t41 = c4 * t19
@@ -229,6 +263,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t53 = t22 * 0.0825
     t54 = t29 - t53
     t55 = 0.333 + t54
+
+    # joint_4 and joint_5: frame joint_5
     t56 = s5 * t14
     t57 = c5 * t14
     t58 = c5 * t34
@@ -256,12 +292,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t80 = t50 * -0.0825
     t81 = t55 + t80
     t82 = -t77
+
+    # joint_4: frame joint_5
     t83 = t36 * 0.384
     t84 = t83 - t63
     t85 = t44 * 0.384
     t86 = t85 - t72
     t87 = t52 * 0.384
     t88 = t81 + t87
+
+    # joint_6: frame joint_6, frame joint_7 and frame flange
     t89 = s6 * t36
     t90 = c6 * t36
     t91 = c6 * t59
@@ -286,6 +326,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t110 = t109 - t106
     t111 = -t110
     t112 = t110 * 0.107
+
+    # joint_6 and joint_7: frame joint_7 and frame flange
     t113 = s7 * t61
     t114 = c7 * t61
     t115 = c7 * t92
@@ -434,12 +476,15 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_5 and joint_6: position
     t0 = s6 * 0.107
     t1 = s6 * 0.088
     t2 = c6 * 0.088
@@ -450,6 +495,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t7 = c5 * t3
     t8 = s5 * t3
     t9 = t7 - 0.0825
+
+    # joint_4: position
     t10 = s4 * t6
     t11 = s4 * t9
     t12 = c4 * t9
@@ -458,12 +505,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t15 = t11 + t14
     t16 = 0.0825 + t13
     t17 = t15 + 0.316
+
+    # joint_3: position
     t18 = c3 * t16
     t19 = s3 * t16
     t20 = s3 * t8
     t21 = t20 - t18
     t22 = c3 * t8
     t23 = t19 + t22
+
+    # joint_2: position
     t24 = c2 * t21
     t25 = s2 * t21
     t26 = s2 * t17
@@ -471,6 +522,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t28 = c2 * t17
     t29 = t25 + t28
     t30 = t29 + 0.333
+
+    # joint_1: position
     t31 = c1 * t27
     t32 = s1 * t27
     t33 = s1 * t23

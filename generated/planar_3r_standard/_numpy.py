@@ -30,11 +30,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of joint_1 and joint_2; q123 of joint_1, joint_2 and joint_3
     q12 = q[0] + q[1]
     q123 = q[2] + q12
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
     s123, c123 = _sincos(q123)
+
+    # joint_1, joint_2 and joint_3: rotation and position
     t0 = c123 * 0.2
     t1 = c1 * 0.4
     t2 = t0 + t1
@@ -71,11 +76,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of joint_1 and joint_2; q123 of joint_1, joint_2 and joint_3
     q12 = q[0] + q[1]
     q123 = q[2] + q12
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
     s123, c123 = _sincos(q123)
+
+    # joint_1, joint_2 and joint_3: frame joint_1, frame joint_2 and frame joint_3
     t0 = c1 * 0.4
     t1 = c12 * 0.3
     t2 = t0 + t1
@@ -150,11 +160,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of joint_1 and joint_2; q123 of joint_1, joint_2 and joint_3
     q12 = q[0] + q[1]
     q123 = q[2] + q12
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
     s123, c123 = _sincos(q123)
+
+    # joint_1, joint_2 and joint_3: position
     t0 = c123 * 0.2
     t1 = s123 * 0.2
     t2 = c1 * 0.4

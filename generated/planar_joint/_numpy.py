@@ -30,7 +30,10 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s3, c3 = _sincos(q[2])
+
+    # turn: rotation
     t0 = -s3
     return (
         c3,
@@ -57,7 +60,10 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s3, c3 = _sincos(q[2])
+
+    # turn: frame turn
     t0 = -s3
     return (
         0.0,

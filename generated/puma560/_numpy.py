@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # shoulder, forearm, wrist_bend and flange: rotation and position
     t0 = c2 * 0.4318
     t1 = s2 * 0.4318
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # forearm and wrist_bend: rotation
     t6 = c4 * t2
     t7 = t4 - t6
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: rotation
     t12 = c23 * t7
     t13 = s23 * t7
     t14 = s23 * t3
@@ -57,10 +66,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t13 - t16
     t18 = s23 * c5
     t19 = c23 * c5
+
+    # shoulder and elbow: rotation
     t20 = c23 * t10
     t21 = t18 + t20
     t22 = s23 * t10
     t23 = t22 - t19
+
+    # shoulder and elbow: position
     t24 = s23 * 0.4318
     t25 = s23 * -0.0203
     t26 = c23 * 0.0203
@@ -69,6 +82,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t29 = c23 * 0.4318
     t30 = t25 - t29
     t31 = t30 - t1
+
+    # waist: rotation
     t32 = c1 * t15
     t33 = s1 * t15
     t34 = s1 * t9
@@ -83,12 +98,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t43 = s1 * t21
     t44 = t40 - t43
     t45 = -t42
+
+    # waist: position
     t46 = s1 * -0.15005
     t47 = s1 * t28
     t48 = c1 * t28
     t49 = t46 - t48
     t50 = c1 * 0.15005
     t51 = t50 - t47
+
+    # waist: rotation
     t52 = t17 * t44
     t53 = t17 * t42
     t54 = t37 * t42
@@ -123,13 +142,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # waist, shoulder and elbow: frame waist, frame shoulder and frame elbow
     t0 = -s1
     t1 = -s2
     t2 = -c2
@@ -139,23 +163,31 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t6 = s1 * c2
     t7 = t5 * 0.4318
     t8 = t6 * 0.4318
+
+    # waist and shoulder: frame shoulder and frame elbow
     t9 = c1 * s2
     t10 = -t9
     t11 = s1 * s2
     t12 = -t11
     t13 = s2 * -0.4318
+
+    # waist, shoulder and elbow: frame elbow
     t14 = c1 * c23
     t15 = c1 * s23
     t16 = -t15
     t17 = s1 * c23
     t18 = s1 * s23
     t19 = -t18
+
+    # waist and forearm: frame elbow and frame forearm
     t20 = s1 * 0.15005
     t21 = t7 - t20
     t22 = c1 * 0.15005
     t23 = t8 + t22
     t24 = s1 * s4
     t25 = s1 * c4
+
+    # waist, shoulder, elbow and forearm: frame forearm and frame wrist_bend
     t26 = c4 * t14
     t27 = t24 + t26
     t28 = s4 * t14
@@ -178,12 +210,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t45 = t13 - t44
     t46 = -t40
     t47 = -t41
+
+    # waist, shoulder and elbow: frame forearm
     t48 = t15 * 0.4318
     t49 = t31 - t48
     t50 = t18 * 0.4318
     t51 = t43 - t50
     t52 = c23 * 0.4318
     t53 = t45 - t52
+
+    # wrist_bend: frame wrist_bend
     t54 = s5 * t15
     t55 = c5 * t15
     t56 = c5 * t27
@@ -198,6 +234,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t65 = s5 * t36
     t66 = t65 + t62
     t67 = -t66
+
+    # shoulder, elbow and wrist_bend: frame wrist_bend
     t68 = c23 * s5
     t69 = c23 * c5
     t70 = c5 * t37
@@ -205,6 +243,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t72 = s5 * t37
     t73 = t72 - t69
     t74 = -t71
+
+    # flange: frame flange
     t75 = c6 * t57
     t76 = s6 * t57
     t77 = s6 * t29
@@ -321,10 +361,15 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # shoulder and elbow: position
     t0 = c2 * 0.4318
     t1 = s2 * 0.4318
     t2 = s23 * 0.4318
@@ -335,6 +380,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t7 = c23 * 0.4318
     t8 = t3 - t7
     t9 = t8 - t1
+
+    # waist: position
     t10 = s1 * -0.15005
     t11 = s1 * t6
     t12 = c1 * t6

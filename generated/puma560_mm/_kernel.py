@@ -11,8 +11,9 @@ built for double alone rounds its results for float32; one built for float alone
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Generic, Literal, TypeVar
 
@@ -20,14 +21,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Compiled, Floats, Formula, real_array
+from ._parameters import checked_params, settled_params
 from ._quick import quick_class, quicken
-from ._threads import spread, workers_for
+from ._threads import blocks_of, spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
 Result = TypeVar("Result")
 
+Varied = Mapping[str, NDArray[Any]]
+"""The arrays of the runtime parameters by name, where they are not plain numbers; empty otherwise."""
+
 _LAYOUTS = ("4x4", "3x4", "joint_major")
 _SHARE, _SMALL = 1 << 12, 1 << 14  # poses that are worth a thread, numbers that go to C at once
+_TABLE = 1 << 16  # numbers of parameters that are put together at once, few enough for the processor's cache
 _ndarray: Any = np.ndarray
 _empty: Any = np.empty
 _MISSING: Any = ...
@@ -103,12 +109,13 @@ class Kernel(Generic[Result]):
             q: The first input, of shape (..., *its shape), such as joint values (..., dof); for the layout
                 "joint_major" (numbers, N).
             others: The other inputs, if there are any, in order. Leading axes broadcast.
-            params: Values of the runtime parameters; by default those of the robot file.
+            params: Values of the runtime parameters; by default those of the robot file. Each is a number, or an array
+                (...) whose axes broadcast with those of the batch.
             out: Array for the result, of its exact shape and type, sharing no memory with the inputs; a tuple where
                 there are several results.
             threads: Number of threads that share a batch; 0 for all cores.
             layout: "4x4": matrices (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row
-                for each entry of the 3x4 matrix, and likewise for what is no matrix.
+                for each entry of the 3x4 matrix, and likewise for results that are not matrices.
 
         Returns:
             The result; `out` where it was given.
@@ -160,11 +167,13 @@ class Kernel(Generic[Result]):
             if not isinstance(array, np.ndarray) or array.dtype not in self._reals or array.dtype != real:
                 kinds = " or ".join(map(str, self._reals))
                 raise TypeError(f"{self.__name__}: bind needs {given.name} as an array of {kinds}")
-        lead = self._lead([self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs)], layout)
-        self._checked_results(results, lead, real, inputs, layout)
+        named, varied = settled_params(self.__name__, self._named(params))
+        checked = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs)]
+        lead = self._lead(checked, varied, layout)
+        self._checked_results(results, lead, real, inputs, varied, layout)
         plain = all(array.flags.c_contiguous and array.flags.aligned for array in arrays)
         if isinstance(self._engine, Compiled) and plain and not lead and layout == "4x4":
-            return self._engine.bind(arrays, self._named(params))
+            return self._engine.bind(arrays, named)
         return partial(self, *inputs, params=params, out=self._given(results), layout=layout)
 
     def __reduce__(self) -> str:
@@ -208,27 +217,31 @@ class Kernel(Generic[Result]):
         if layout not in _LAYOUTS or (layout == "3x4" and not any(each.is_pose for each in self.results)):
             known = _LAYOUTS if any(each.is_pose for each in self.results) else _LAYOUTS[::2]
             raise ValueError(f"{self.__name__}: no layout {layout!r} (there are {known})")
+        named, varied = settled_params(self.__name__, params)
         arrays = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs, strict=True)]
-        workers, lead = workers_for(threads), self._lead(arrays, layout)
+        workers, lead = workers_for(threads), self._lead(arrays, varied, layout)
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
             results = tuple(self._engine.empty(shape, dtype) for shape in shapes)
         else:
             results = (out,) if len(self.results) == 1 else out
-            self._checked_results(results, lead, dtype, arrays, layout)
+            self._checked_results(results, lead, dtype, arrays, varied, layout)
         major = layout == "joint_major"
         # From here on the poses are the leading axes, in the joint-major layout too.
         whole = [self._stretched(*pair, lead, layout) for pair in zip(self.inputs, arrays, strict=True)]
-        whole = [array.T for array in (*whole, *results)] if major else [*whole, *results]
+        whole = [array.T for array in whole] if major else whole
+        whole += [np.broadcast_to(array, lead) for array in varied.values()]
+        whole += [array.T for array in results] if major else results
         count = math.prod(lead)
         if count:
             # Equal blocks, a multiple of the workers: memory stays flat, and Ctrl-C gets through in between.
+            most = min(self._engine.block, _TABLE // len(varied)) if varied else self._engine.block
             workers = min(workers, -(-count // _SHARE))
-            blocks = workers * -(-count // (self._engine.block * workers))
+            blocks = workers * -(-count // (most * workers))
             real = dtype if dtype in self._reals else self._reals[0]
-            fill = partial(self._engine.fill, params, real, _LAYOUTS.index(layout))
-            spread(fill, _blocks(whole, len(lead), -(-count // blocks)), workers)
+            fill = partial(self._engine.fill, named, real, _LAYOUTS.index(layout), len(varied))
+            spread(fill, blocks_of(whole, len(lead), -(-count // blocks)), workers)
         return self._given(results) if out is None else out
 
     def _named(self, params: Any) -> Any:
@@ -246,20 +259,23 @@ class Kernel(Generic[Result]):
             raise ValueError(f"{self.__name__}: {given.name} has shape {array.shape}, expected {expected}")
         return array
 
-    def _lead(self, arrays: Sequence[NDArray[Any]], layout: str) -> tuple[int, ...]:
-        """The axes of the batch, to which those of all inputs broadcast."""
+    def _lead(self, arrays: Sequence[NDArray[Any]], varied: Varied, layout: str) -> tuple[int, ...]:
+        """The axes of the batch, to which those of all inputs and parameters broadcast."""
         if layout == "joint_major":
             leads = [array.shape[1:] for array in arrays]
         else:
             ranks = [len(given.laid_out(layout)) for given in self.inputs]
             leads = [array.shape[: array.ndim - rank] for array, rank in zip(arrays, ranks, strict=True)]
+        leads += [array.shape for array in varied.values()]
         if len(set(leads)) == 1:
             return leads[0]
-        try:
-            return np.broadcast_shapes(*leads)
-        except ValueError:
-            shapes = ", ".join(f"{given.name} {array.shape}" for given, array in zip(self.inputs, arrays, strict=True))
-            raise ValueError(f"{self.__name__}: the shapes of {shapes} do not fit together") from None
+        with contextlib.suppress(ValueError):
+            lead = np.broadcast_shapes(*leads)
+            if layout != "joint_major" or len(lead) == 1:
+                return lead
+        given = [*zip((each.name for each in self.inputs), arrays), *varied.items()]
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in given if array.ndim)
+        raise ValueError(f"{self.__name__}: the shapes of {shapes} do not fit together")
 
     def _stretched(self, given: Array, array: NDArray[Any], lead: tuple[int, ...], layout: str) -> NDArray[Any]:
         shape = self._full_shape(given, lead, layout)
@@ -275,7 +291,13 @@ class Kernel(Generic[Result]):
         return single if self._reals == (single,) or small else np.dtype(float)
 
     def _checked_results(
-        self, results: Any, lead: tuple[int, ...], dtype: np.dtype[Any], inputs: Sequence[NDArray[Any]], layout: str
+        self,
+        results: Any,
+        lead: tuple[int, ...],
+        dtype: np.dtype[Any],
+        inputs: Sequence[NDArray[Any]],
+        varied: Varied,
+        layout: str,
     ) -> None:
         if not isinstance(results, tuple) or len(results) != len(self.results):
             names = ", ".join(each.name for each in self.results)
@@ -286,7 +308,8 @@ class Kernel(Generic[Result]):
                 raise TypeError(f"{self.__name__}: {label} is a {type(out).__name__}, expected a plain NumPy array")
             shape = self._full_shape(each, lead, layout)
             if out.shape != shape:
-                given = ", ".join(f"{a.name} of shape {array.shape}" for a, array in zip(self.inputs, inputs))
+                pairs = [*zip((each.name for each in self.inputs), inputs), *varied.items()]
+                given = ", ".join(f"{name} of shape {array.shape}" for name, array in pairs)
                 raise ValueError(f"{self.__name__}: {label} has shape {out.shape}, expected {shape} for {given}")
             if out.dtype != dtype:
                 raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
@@ -296,19 +319,10 @@ class Kernel(Generic[Result]):
                 raise ValueError(f"{self.__name__}: {label} overlaps itself: several entries share memory")
             others = [
                 *zip((given.name for given in self.inputs), inputs),
+                *varied.items(),
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
             ]
             check_apart(self.__name__, label, out, others)
-
-
-def checked_params(name: str, params: Any, usual: Any) -> Any:
-    """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
-    if params is not None and type(params) is not type(usual):
-        if usual is None:
-            raise TypeError(f"{name}: params is given, but the robot has no runtime parameters")
-        expected = type(usual).__qualname__
-        raise TypeError(f"{name}: params is of type {type(params).__qualname__}, expected {expected}")
-    return usual if params is None else params
 
 
 def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple[str, NDArray[Any]]]) -> None:
@@ -334,18 +348,3 @@ def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
         return bool(np.shares_memory(first, second, max_work=effort))
     except RuntimeError:
         return True
-
-
-def _blocks(arrays: Sequence[NDArray[Any]], lead: int, limit: int) -> Generator[tuple[int, list[NDArray[Any]]]]:
-    """Cut a batch along its `lead` leading axes into blocks of at most `limit` poses."""
-    first = arrays[0]
-    inner = math.prod(first.shape[1:lead])
-    if lead == 0:
-        yield lead, list(arrays)
-    elif inner > limit:
-        for parts in zip(*arrays, strict=True):
-            yield from _blocks(parts, lead - 1, limit)
-    else:
-        step = limit // inner
-        for start in range(0, len(first), step):
-            yield lead, [array[start : start + step] for array in arrays]

@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # shoulder, forearm, wrist_bend and flange: rotation and position
     t0 = c2 * 431.8
     t1 = s2 * 431.8
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # forearm and wrist_bend: rotation and position
     t6 = c4 * t2
     t7 = t4 - t6
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: rotation and position
     t12 = c23 * t7
     t13 = s23 * t7
     t14 = s23 * t3
@@ -57,10 +66,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t13 - t16
     t18 = s23 * c5
     t19 = c23 * c5
+
+    # shoulder and elbow: rotation and position
     t20 = c23 * t10
     t21 = t18 + t20
     t22 = s23 * t10
     t23 = t19 - t22
+
+    # shoulder and elbow: position
     t24 = s23 * 433.07
     t25 = s23 * 20.32
     t26 = c23 * 20.32
@@ -69,6 +82,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t29 = c23 * 433.07
     t30 = t25 + t29
     t31 = t30 - t1
+
+    # waist: rotation
     t32 = s1 * t9
     t33 = c1 * t9
     t34 = c1 * t15
@@ -76,6 +91,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t36 = s1 * t15
     t37 = t33 - t36
     t38 = -t35
+
+    # waist: rotation and position
     t39 = c1 * t21
     t40 = s1 * t21
     t41 = s1 * t11
@@ -83,12 +100,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t43 = c1 * t11
     t44 = t40 + t43
     t45 = -t42
+
+    # waist: position
     t46 = s1 * 149.09
     t47 = s1 * t28
     t48 = c1 * t28
     t49 = t48 - t46
     t50 = c1 * 149.09
     t51 = t50 + t47
+
+    # waist: rotation and position
     t52 = t17 * t44
     t53 = t17 * t42
     t54 = t23 * t37
@@ -96,6 +117,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t56 = t37 * t42
     t57 = t42 * 56.25
     t58 = t49 - t57
+
+    # waist, shoulder and elbow: rotation and position
     t59 = t23 * t35
     t60 = t53 - t59
     t61 = t35 * t44
@@ -129,18 +152,25 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # waist, shoulder and elbow: frame waist, frame shoulder, frame elbow and frame forearm
     t0 = -s1
     t1 = -s2
     t2 = -c2
     t3 = -s23
     t4 = -c23
+
+    # waist and shoulder: frame shoulder
     t5 = c1 * c2
     t6 = s1 * c2
     t7 = t5 * 431.8
@@ -150,6 +180,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t11 = s1 * s2
     t12 = -t11
     t13 = s2 * -431.8
+
+    # waist, shoulder and elbow: frame shoulder, frame elbow and frame forearm
     t14 = s1 * 149.09
     t15 = t7 - t14
     t16 = c1 * 149.09
@@ -160,6 +192,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t21 = s1 * c23
     t22 = s1 * s23
     t23 = -t22
+
+    # waist, shoulder, elbow and forearm: frame elbow and frame forearm
     t24 = t18 * 20.32
     t25 = t15 - t24
     t26 = t21 * 20.32
@@ -168,6 +202,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t29 = t13 + t28
     t30 = s1 * s4
     t31 = s1 * c4
+
+    # waist and forearm: frame forearm
     t32 = c4 * t18
     t33 = t32 - t30
     t34 = s4 * t18
@@ -175,6 +211,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t36 = -t35
     t37 = c1 * s4
     t38 = c1 * c4
+
+    # shoulder, elbow and forearm: frame forearm
     t39 = c4 * t21
     t40 = t37 + t39
     t41 = s4 * t21
@@ -182,12 +220,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t43 = s23 * c4
     t44 = s23 * s4
     t45 = -t43
+
+    # waist, shoulder and elbow: frame forearm
     t46 = t19 * 433.07
     t47 = t25 + t46
     t48 = t22 * 433.07
     t49 = t27 + t48
     t50 = c23 * 433.07
     t51 = t29 + t50
+
+    # wrist_bend: frame wrist_bend and frame flange
     t52 = s5 * t19
     t53 = c5 * t19
     t54 = c5 * t33
@@ -196,6 +238,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t57 = t56 + t53
     t58 = t57 * 56.25
     t59 = t47 + t58
+
+    # shoulder, elbow and wrist_bend: frame wrist_bend and frame flange
     t60 = c5 * t40
     t61 = s5 * t40
     t62 = s5 * t22
@@ -206,6 +250,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t67 = t49 + t66
     t68 = c23 * s5
     t69 = c23 * c5
+
+    # wrist_bend: frame wrist_bend and frame flange
     t70 = c5 * t43
     t71 = t68 + t70
     t72 = s5 * t43
@@ -213,6 +259,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t74 = t73 * -56.25
     t75 = t51 - t74
     t76 = -t71
+
+    # flange: frame flange
     t77 = c6 * t55
     t78 = s6 * t55
     t79 = s6 * t35
@@ -329,12 +377,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # shoulder, forearm and wrist_bend: position
     t0 = s5 * 56.25
     t1 = c5 * 56.25
     t2 = t1 + 433.07
@@ -344,6 +397,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t6 = c2 * 431.8
     t7 = t4 + 149.09
     t8 = s2 * 431.8
+
+    # shoulder and elbow: position
     t9 = s23 * t2
     t10 = c23 * t2
     t11 = c23 * t5
@@ -352,6 +407,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t14 = t10 - t13
     t15 = t14 - t8
     t16 = t12 + t6
+
+    # waist: position
     t17 = s1 * t7
     t18 = s1 * t16
     t19 = c1 * t16

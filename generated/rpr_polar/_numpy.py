@@ -30,8 +30,11 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s3, c3 = _sincos(q[2])
+
+    # turn and roll: rotation and position
     t0 = c1 * c3
     t1 = s1 * c3
     t2 = -c1
@@ -68,8 +71,11 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s3, c3 = _sincos(q[2])
+
+    # turn and roll: frame turn, frame stroke and frame roll
     t0 = c1 * c3
     t1 = s1 * c3
     t2 = -s1
@@ -77,10 +83,14 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t4 = q[1] * s1
     t5 = q[1] * c1
     t6 = -t5
+
+    # turn and roll: frame roll
     t7 = c1 * s3
     t8 = -t7
     t9 = s1 * s3
     t10 = -t9
+
+    # turn: frame roll
     t11 = s1 * 0.25
     t12 = t4 + t11
     t13 = c1 * -0.25
@@ -146,7 +156,10 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # turn: position
     t0 = q[1] + 0.25
     t1 = s1 * t0
     t2 = c1 * t0

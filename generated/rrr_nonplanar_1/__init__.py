@@ -23,7 +23,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -32,6 +32,7 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
 
 __all__ = [
     "DOF",
@@ -100,7 +101,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("e976188940a53fe0")
+_native = load_native("965959a112c2ed6a")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -119,7 +120,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="rrr_nonplanar_1",
@@ -134,6 +135,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 3) gives (..., 4, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     13 multiplications, 3 additions, 3 changes of sign, 3 sine-cosine pairs for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -154,4 +157,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

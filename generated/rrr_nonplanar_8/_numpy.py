@@ -30,10 +30,15 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of phi_2 and phi_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # phi_1, phi_2 and phi_3: rotation and position
     t0 = c2 * 0.45
     t1 = s2 * 0.45
     t2 = c1 * c23
@@ -42,6 +47,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t5 = s1 * s23
     t6 = -s23
     t7 = -s1
+
+    # phi_1: position
     t8 = s1 * 0.3
     t9 = s1 * t1
     t10 = c1 * t1
@@ -73,16 +80,23 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of phi_2 and phi_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # phi_1, phi_2 and phi_3: frame phi_1, frame phi_3 and frame tool
     t0 = c1 * s23
     t1 = s1 * s23
     t2 = -s23
     t3 = c2 * 0.45
     t4 = -c1
     t5 = -s1
+
+    # phi_1 and phi_2: frame phi_2 and frame phi_3
     t6 = c1 * c2
     t7 = -t6
     t8 = s1 * c2
@@ -93,6 +107,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t11 * 0.45
     t14 = s1 * -0.3
     t15 = t14 + t12
+
+    # phi_1, phi_2 and phi_3: frame phi_2 and frame phi_3
     t16 = s1 * c23
     t17 = -t16
     t18 = c1 * c23
@@ -160,8 +176,11 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # phi_1 and phi_2: position
     t0 = c2 * 0.45
     t1 = s2 * 0.45
     t2 = s1 * 0.3

@@ -30,9 +30,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of shoulder and elbow
     q12 = q[0] + q[1]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
+
+    # shoulder and elbow: rotation and position
     t0 = c12 * 0.25
     t1 = c1 * 0.35
     t2 = t0 + t1
@@ -66,9 +71,14 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of shoulder and elbow
     q12 = q[0] + q[1]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
+
+    # shoulder and elbow: frame shoulder, frame elbow and frame stroke
     t0 = c1 * 0.35
     t1 = c12 * 0.25
     t2 = t0 + t1
@@ -139,9 +149,14 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q12 of shoulder and elbow
     q12 = q[0] + q[1]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s12, c12 = _sincos(q12)
+
+    # shoulder and elbow: position
     t0 = c12 * 0.25
     t1 = s12 * 0.25
     t2 = c1 * 0.35

@@ -30,7 +30,10 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # spindle: rotation and position
     t0 = -s1
     t1 = q[0] * 0.0007957747154594767
     return (
@@ -58,7 +61,10 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
+
+    # spindle: frame spindle
     t0 = -s1
     t1 = q[0] * 0.0007957747154594767
     return (
@@ -98,6 +104,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # position
     t0 = q[0] * 0.0007957747154594767
     return (
         0.0,

@@ -30,8 +30,11 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # turn and lift: rotation and position
     t0 = c1 * c2
     t1 = s1 * c2
     t2 = q[2] * c2
@@ -70,8 +73,11 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # turn and lift: frame turn, frame lift and frame stroke
     t0 = c1 * c2
     t1 = s1 * c2
     t2 = q[2] * c2
@@ -81,6 +87,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t6 = s1 * s2
     t7 = s1 * -0.15
     t8 = c1 * 0.15
+
+    # turn and lift: frame stroke
     t9 = q[2] * t5
     t10 = t7 + t9
     t11 = q[2] * t6
@@ -146,8 +154,11 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # turn and lift: position
     t0 = q[2] * c2
     t1 = q[2] * s2
     t2 = s1 * 0.15

@@ -30,9 +30,12 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # turn_1, turn_2 and turn_3: rotation
     t0 = s2 * s3
     t1 = c1 * s2
     t2 = s1 * s2
@@ -42,12 +45,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t6 = c2 * s3
     t7 = s1 * s3
     t8 = c1 * s3
+
+    # turn_1 and turn_3: rotation
     t9 = c1 * t5
     t10 = t9 - t7
     t11 = s1 * t5
     t12 = t11 + t8
     t13 = s1 * c3
     t14 = c1 * c3
+
+    # turn_1: rotation
     t15 = c1 * t6
     t16 = t13 + t15
     t17 = s1 * t6
@@ -78,9 +85,12 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # turn_1, turn_2 and turn_3: frame turn_1, frame turn_2 and frame turn_3
     t0 = c1 * s2
     t1 = s1 * s2
     t2 = s2 * s3
@@ -92,6 +102,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t8 = s1 * c2
     t9 = s1 * s3
     t10 = s1 * c3
+
+    # turn_1 and turn_3: frame turn_3
     t11 = c3 * t7
     t12 = t11 - t9
     t13 = s3 * t7
@@ -99,6 +111,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t15 = -t14
     t16 = c1 * s3
     t17 = c1 * c3
+
+    # turn_3: frame turn_3
     t18 = c3 * t8
     t19 = t16 + t18
     t20 = s3 * t8

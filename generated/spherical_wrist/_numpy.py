@@ -30,9 +30,12 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # joint_4, joint_5 and joint_6: rotation and position
     t0 = s2 * s3
     t1 = c2 * 0.1
     t2 = c2 * c3
@@ -41,12 +44,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t5 = -t4
     t6 = s1 * s3
     t7 = c1 * s3
+
+    # joint_4 and joint_6: rotation
     t8 = c1 * t2
     t9 = t8 - t6
     t10 = s1 * t2
     t11 = t10 + t7
     t12 = s1 * c3
     t13 = c1 * c3
+
+    # joint_4 and joint_5: rotation and position
     t14 = c1 * t3
     t15 = t12 + t14
     t16 = -t15
@@ -81,9 +88,12 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
+
+    # joint_4, joint_5 and joint_6: frame joint_4, frame joint_5 and frame joint_6
     t0 = s2 * s3
     t1 = c2 * 0.1
     t2 = -s1
@@ -96,6 +106,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t9 = t8 * 0.1
     t10 = s2 * c3
     t11 = -t10
+
+    # joint_4 and joint_6: frame joint_6
     t12 = s1 * s3
     t13 = s1 * c3
     t14 = c3 * t4
@@ -105,6 +117,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t18 = -t17
     t19 = c1 * s3
     t20 = c1 * c3
+
+    # joint_6: frame joint_6
     t21 = c3 * t5
     t22 = t19 + t21
     t23 = s3 * t5
@@ -170,8 +184,11 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
+
+    # joint_4 and joint_5: position
     t0 = c2 * 0.1
     t1 = s2 * 0.1
     t2 = c1 * t1

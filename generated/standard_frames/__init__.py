@@ -23,7 +23,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after it was taken out of there
+if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
     from ._engines import forget
 
     forget(globals())
@@ -32,6 +32,7 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._names import NamedKernel
 
 __all__ = [
     "DOF",
@@ -102,7 +103,7 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("609e59e1f0e8fdbd")
+_native = load_native("210a39e8416b7da0")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -121,7 +122,7 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: Kernel[Floats] = Kernel(
+frames: NamedKernel[Floats] = NamedKernel(
     "frames",
     module=__name__,
     symbol="standard_frames",
@@ -136,6 +137,8 @@ frames: Kernel[Floats] = Kernel(
     q of shape (..., 3) gives (..., 6, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
     1 addition for a configuration.
     """,
+    names=FRAMES,
+    word="frame",
 )
 
 position: Kernel[Floats] = Kernel(
@@ -156,4 +159,4 @@ position: Kernel[Floats] = Kernel(
 )
 
 backend = fk.backend
-"""What evaluates: "c", or "numpy" where the compiled extension is missing."""
+"""What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""

@@ -23,6 +23,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # position
     t0 = q[2] - 0.5
     return (
         1.0,
@@ -49,6 +50,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # frame tool
     t0 = q[2] - 0.5
     return (
         1.0,
@@ -135,6 +137,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # position
     t0 = q[2] - 0.5
     return (
         q[0],

@@ -30,21 +30,28 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_4, joint_5 and joint_6: rotation
     t0 = c5 * c6
     t1 = s5 * c6
     t2 = s4 * s6
     t3 = c4 * s6
+
+    # joint_4 and joint_5: rotation and position
     t4 = c4 * t0
     t5 = t2 - t4
     t6 = s4 * t0
     t7 = t6 + t3
     t8 = c4 * s5
     t9 = s4 * s5
+
+    # joint_2 and joint_5: rotation and position
     t10 = c2 * t5
     t11 = s2 * t5
     t12 = s2 * t1
@@ -53,12 +60,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t15 = t11 - t14
     t16 = s2 * c5
     t17 = c2 * c5
+
+    # joint_2: rotation and position
     t18 = c2 * t8
     t19 = t16 + t18
     t20 = s2 * t8
     t21 = t17 - t20
     t22 = q[2] * s2
     t23 = q[2] * c2
+
+    # joint_1: rotation
     t24 = s1 * t7
     t25 = c1 * t7
     t26 = c1 * t13
@@ -66,6 +77,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t28 = s1 * t13
     t29 = t25 - t28
     t30 = -t27
+
+    # joint_1: rotation and position
     t31 = c1 * t19
     t32 = s1 * t19
     t33 = s1 * t9
@@ -73,12 +86,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t35 = c1 * t9
     t36 = t32 + t35
     t37 = -t34
+
+    # joint_1: position
     t38 = s1 * 0.154
     t39 = s1 * t22
     t40 = c1 * t22
     t41 = t40 - t38
     t42 = c1 * 0.154
     t43 = t42 + t39
+
+    # joint_1: rotation and position
     t44 = t15 * t36
     t45 = t15 * t34
     t46 = t21 * t29
@@ -86,6 +103,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t48 = t29 * t34
     t49 = t34 * 0.263
     t50 = t41 - t49
+
+    # joint_1 and joint_2: rotation and position
     t51 = t21 * t27
     t52 = t45 - t51
     t53 = t27 * t36
@@ -119,11 +138,14 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_1 and joint_2: frame joint_1, frame joint_2 and frame joint_4
     t0 = -s1
     t1 = -s2
     t2 = -c2
@@ -135,6 +157,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t8 = -t7
     t9 = s1 * -0.154
     t10 = c1 * 0.154
+
+    # joint_1, joint_2 and joint_4: frame joint_3 and frame joint_4
     t11 = q[2] * t4
     t12 = t9 + t11
     t13 = q[2] * t7
@@ -142,6 +166,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t15 = q[2] * c2
     t16 = s1 * s4
     t17 = s1 * c4
+
+    # joint_1 and joint_4: frame joint_4
     t18 = c4 * t3
     t19 = t18 - t16
     t20 = s4 * t3
@@ -149,6 +175,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t22 = -t21
     t23 = c1 * s4
     t24 = c1 * c4
+
+    # joint_2 and joint_4: frame joint_4
     t25 = c4 * t6
     t26 = t23 + t25
     t27 = s4 * t6
@@ -156,6 +184,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t29 = s2 * c4
     t30 = s2 * s4
     t31 = -t29
+
+    # joint_5: frame joint_5 and frame joint_6
     t32 = c5 * t19
     t33 = s5 * t19
     t34 = s5 * t4
@@ -164,6 +194,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t37 = t33 + t36
     t38 = t37 * 0.263
     t39 = t12 + t38
+
+    # joint_2 and joint_5: frame joint_5 and frame joint_6
     t40 = s5 * t7
     t41 = c5 * t7
     t42 = c5 * t26
@@ -174,6 +206,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t47 = t14 + t46
     t48 = c2 * s5
     t49 = c2 * c5
+
+    # joint_5: frame joint_5 and frame joint_6
     t50 = c5 * t29
     t51 = t48 + t50
     t52 = s5 * t29
@@ -181,6 +215,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t54 = t53 * -0.263
     t55 = t15 - t54
     t56 = -t51
+
+    # joint_6: frame joint_6
     t57 = s6 * t21
     t58 = c6 * t21
     t59 = c6 * t35
@@ -297,22 +333,29 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # joint_4 and joint_5: position
     t0 = s5 * 0.263
     t1 = c5 * 0.263
     t2 = c4 * t0
     t3 = s4 * t0
     t4 = t3 + 0.154
     t5 = q[2] + t1
+
+    # joint_2: position
     t6 = s2 * t5
     t7 = c2 * t5
     t8 = c2 * t2
     t9 = t6 + t8
     t10 = s2 * t2
     t11 = t7 - t10
+
+    # joint_1: position
     t12 = c1 * t9
     t13 = s1 * t9
     t14 = s1 * t4

@@ -5,14 +5,16 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import operator
 import os
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _pools: dict[str, ThreadPoolExecutor] = {}  # the one pool, made when first needed
 if hasattr(os, "register_at_fork"):
@@ -57,3 +59,18 @@ def spread(work: Callable[..., None], blocks: Generator[tuple[Any, ...]], worker
         for helper in helpers:
             if not helper.cancel():
                 helper.result()
+
+
+def blocks_of(arrays: Sequence[NDArray[Any]], lead: int, limit: int) -> Generator[tuple[int, list[NDArray[Any]]]]:
+    """Cut a batch along its `lead` leading axes into blocks of at most `limit` poses."""
+    first = arrays[0]
+    inner = math.prod(first.shape[1:lead])
+    if lead == 0:
+        yield lead, list(arrays)
+    elif inner > limit:
+        for parts in zip(*arrays, strict=True):
+            yield from blocks_of(parts, lead - 1, limit)
+    else:
+        step = limit // inner
+        for start in range(0, len(first), step):
+            yield lead, [array[start : start + step] for array in arrays]

@@ -30,12 +30,17 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q45 of q53 and q54
     q45 = q[3] + q[4]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s45, c45 = _sincos(q45)
+
+    # q51, q52, q53 and q54: rotation and position
     t0 = c4 * 32.0
     t1 = s4 * 32.0
     t2 = c45 * 27.0
@@ -49,6 +54,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t10 = -45.0 - t9
     t11 = c2 * s3
     t12 = s2 * s3
+
+    # q51, q53 and q54: rotation
     t13 = s2 * s45
     t14 = c2 * s45
     t15 = c2 * t7
@@ -56,6 +63,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = s2 * t7
     t18 = t17 + t14
     t19 = -t18
+
+    # q50, q51 and q52: rotation and position
     t20 = c2 * t10
     t21 = s2 * t10
     t22 = s2 * t5
@@ -64,6 +73,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t25 = t21 - t24
     t26 = c1 * c3
     t27 = s1 * c3
+
+    # q50: rotation
     t28 = s1 * t11
     t29 = t28 - t26
     t30 = c1 * t11
@@ -76,6 +87,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t37 = s1 * t6
     t38 = t37 + t34
     t39 = -t38
+
+    # q50: position
     t40 = c1 * t8
     t41 = s1 * t8
     t42 = s1 * t23
@@ -83,6 +96,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t44 = c1 * t23
     t45 = t41 + t44
     t46 = -t45
+
+    # q50: rotation
     t47 = t18 * t31
     t48 = t18 * t29
     t49 = t31 * t36
@@ -117,17 +132,24 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q45 of q53 and q54
     q45 = q[3] + q[4]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s45, c45 = _sincos(q45)
+
+    # q50, q51 and q52: frame q50, frame q51 and frame q52
     t0 = s2 * s3
     t1 = -s1
     t2 = -c1
     t3 = -s2
     t4 = -c2
+
+    # q50, q51 and q52: frame q51 and frame q52
     t5 = s1 * c2
     t6 = -t5
     t7 = s1 * s2
@@ -140,6 +162,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t14 = s2 * -45.0
     t15 = s2 * c3
     t16 = -t15
+
+    # q50 and q52: frame q52
     t17 = c1 * c3
     t18 = c1 * s3
     t19 = s3 * t5
@@ -149,11 +173,15 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t23 = -t22
     t24 = s1 * c3
     t25 = s1 * s3
+
+    # q52: frame q52
     t26 = s3 * t9
     t27 = t24 + t26
     t28 = c3 * t9
     t29 = t28 - t25
     t30 = -t27
+
+    # q53: frame q53
     t31 = c4 * t22
     t32 = s4 * t7
     t33 = t32 - t31
@@ -171,6 +199,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t45 = c4 * t10
     t46 = t44 + t45
     t47 = -t46
+
+    # q51 and q53: frame q53
     t48 = c2 * s4
     t49 = s4 * t15
     t50 = c4 * t15
@@ -180,6 +210,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t54 = -t51
     t55 = t51 * 32.0
     t56 = t14 - t55
+
+    # q53 and q54: frame q54
     t57 = c45 * t22
     t58 = s45 * t22
     t59 = s45 * t7
@@ -197,6 +229,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t71 = -t70
     t72 = t68 * 27.0
     t73 = t43 + t72
+
+    # q51, q53 and q54: frame q54
     t74 = c2 * s45
     t75 = c2 * c45
     t76 = c45 * t15
@@ -291,12 +325,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q45 of q53 and q54
     q45 = q[3] + q[4]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s3, c3 = _sincos(q[2])
     s4, c4 = _sincos(q[3])
     s45, c45 = _sincos(q45)
+
+    # q52, q53 and q54: position
     t0 = c45 * 27.0
     t1 = s45 * 27.0
     t2 = c4 * 32.0
@@ -306,12 +345,16 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t6 = s3 * t3
     t7 = c3 * t3
     t8 = -45.0 - t7
+
+    # q51: position
     t9 = c2 * t8
     t10 = s2 * t8
     t11 = s2 * t5
     t12 = t9 + t11
     t13 = c2 * t5
     t14 = t10 - t13
+
+    # q50: position
     t15 = c1 * t6
     t16 = s1 * t6
     t17 = s1 * t12

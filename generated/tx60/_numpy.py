@@ -30,25 +30,34 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_2, joint_4, joint_5 and joint_6: rotation and position
     t0 = s2 * 290.0
     t1 = c2 * 290.0
     t2 = c5 * c6
     t3 = s5 * c6
     t4 = s4 * s6
     t5 = c4 * s6
+
+    # joint_4 and joint_5: rotation and position
     t6 = c4 * t2
     t7 = t4 - t6
     t8 = s4 * t2
     t9 = t8 + t5
     t10 = c4 * s5
     t11 = s4 * s5
+
+    # joint_2, joint_3 and joint_5: rotation and position
     t12 = c23 * t7
     t13 = s23 * t7
     t14 = s23 * t3
@@ -57,15 +66,21 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t13 - t16
     t18 = s23 * c5
     t19 = c23 * c5
+
+    # joint_2 and joint_3: rotation and position
     t20 = c23 * t10
     t21 = t18 + t20
     t22 = s23 * t10
     t23 = t19 - t22
+
+    # joint_2 and joint_3: position
     t24 = s23 * 310.0
     t25 = t24 + t0
     t26 = c23 * 310.0
     t27 = t26 + t1
     t28 = 375.0 + t27
+
+    # joint_1: rotation
     t29 = s1 * t9
     t30 = c1 * t9
     t31 = c1 * t15
@@ -73,6 +88,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t33 = s1 * t15
     t34 = t30 - t33
     t35 = -t32
+
+    # joint_1: rotation and position
     t36 = c1 * t21
     t37 = s1 * t21
     t38 = s1 * t11
@@ -80,12 +97,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t40 = c1 * t11
     t41 = t37 + t40
     t42 = -t39
+
+    # joint_1: position
     t43 = s1 * 20.0
     t44 = s1 * t25
     t45 = c1 * t25
     t46 = t45 - t43
     t47 = c1 * 20.0
     t48 = t47 + t44
+
+    # joint_1: rotation and position
     t49 = t17 * t41
     t50 = t17 * t39
     t51 = t23 * t34
@@ -93,6 +114,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t53 = t34 * t39
     t54 = t39 * 70.0
     t55 = t46 - t54
+
+    # joint_1, joint_2 and joint_3: rotation and position
     t56 = t23 * t32
     t57 = t50 - t56
     t58 = t32 * t41
@@ -126,13 +149,18 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # joint_1 and joint_2: frame joint_1, frame joint_2 and frame joint_3
     t0 = c1 * c2
     t1 = s1 * c2
     t2 = c2 * 290.0
@@ -145,6 +173,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t9 = t7 * 290.0
     t10 = s1 * -20.0
     t11 = t10 + t8
+
+    # joint_1, joint_2, joint_3 and joint_4: frame joint_2, frame joint_3 and frame joint_4
     t12 = c1 * 20.0
     t13 = t12 + t9
     t14 = c1 * c23
@@ -155,6 +185,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t19 = s1 * s23
     t20 = s1 * s4
     t21 = s1 * c4
+
+    # joint_1 and joint_4: frame joint_4 and frame joint_5
     t22 = c4 * t14
     t23 = t20 - t22
     t24 = s4 * t14
@@ -162,6 +194,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t26 = -t25
     t27 = c1 * s4
     t28 = c1 * c4
+
+    # joint_2, joint_3 and joint_4: frame joint_4
     t29 = c4 * t17
     t30 = t27 + t29
     t31 = s4 * t17
@@ -171,12 +205,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t35 = -t30
     t36 = -t32
     t37 = -t34
+
+    # joint_1, joint_2 and joint_3: frame joint_4
     t38 = t16 * 310.0
     t39 = t11 + t38
     t40 = t19 * 310.0
     t41 = t13 + t40
     t42 = c23 * 310.0
     t43 = t3 + t42
+
+    # joint_5: frame joint_5 and frame joint_6
     t44 = s5 * t16
     t45 = c5 * t16
     t46 = c5 * t23
@@ -185,6 +223,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t49 = t45 - t48
     t50 = t49 * 70.0
     t51 = t39 + t50
+
+    # joint_2, joint_3 and joint_5: frame joint_5 and frame joint_6
     t52 = s5 * t19
     t53 = c5 * t19
     t54 = c5 * t30
@@ -195,12 +235,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t59 = t41 + t58
     t60 = c23 * s5
     t61 = c23 * c5
+
+    # joint_5: frame joint_5 and frame joint_6
     t62 = c5 * t33
     t63 = t60 + t62
     t64 = s5 * t33
     t65 = t61 - t64
     t66 = t65 * -70.0
     t67 = t43 - t66
+
+    # joint_6: frame joint_6
     t68 = c6 * t47
     t69 = s6 * t47
     t70 = s6 * t25
@@ -317,12 +361,17 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of joint_2 and joint_3
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # joint_2, joint_4 and joint_5: position
     t0 = s5 * 70.0
     t1 = c5 * 70.0
     t2 = t1 + 310.0
@@ -331,6 +380,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t5 = s2 * 290.0
     t6 = t4 + 20.0
     t7 = c2 * 290.0
+
+    # joint_2 and joint_3: position
     t8 = s23 * t2
     t9 = c23 * t2
     t10 = c23 * t3
@@ -340,6 +391,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t14 = t11 + t5
     t15 = t7 - t13
     t16 = 375.0 + t15
+
+    # joint_1: position
     t17 = s1 * t6
     t18 = s1 * t14
     t19 = c1 * t14

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: 0BSD
 """Calls that C takes without Python code around them, where the extension offers them. It needs nothing else.
 
-A class that stands in `KINDS` gets a subclass made in C; an object of that class answers plain calls there and leaves
-all others to `__call__` of its base. Where C offers no such class, objects stay as they are, and are only slower.
+A class in `KINDS` gets a subclass made in C; an object of that class answers plain calls there and leaves
+all others to `__call__` of its base. Without such a class in C, objects work as before, but calls are slower.
 """
 
 from __future__ import annotations

@@ -30,14 +30,19 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_1
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # shoulder, elbow, wrist_1, wrist_2 and wrist_3: rotation and position
     t0 = c2 * 0.425
     t1 = c23 * 0.39225
     t2 = s2 * 0.425
@@ -46,6 +51,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t5 = s5 * c6
     t6 = s234 * s6
     t7 = c234 * s6
+
+    # shoulder, elbow, wrist_1 and wrist_2: rotation and position
     t8 = c234 * t4
     t9 = t8 - t6
     t10 = s234 * t4
@@ -60,6 +67,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t19 = t3 + t18
     t20 = 0.089159 - t19
     t21 = -t13
+
+    # base_turn and wrist_2: rotation and position
     t22 = s1 * t5
     t23 = c1 * t5
     t24 = c1 * t9
@@ -68,17 +77,23 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t26 - t23
     t28 = s1 * c5
     t29 = c1 * c5
+
+    # base_turn: rotation and position
     t30 = c1 * t12
     t31 = t28 - t30
     t32 = s1 * t12
     t33 = t32 + t29
     t34 = -t33
+
+    # base_turn: position
     t35 = s1 * 0.10915
     t36 = s1 * t16
     t37 = c1 * t16
     t38 = t35 - t37
     t39 = c1 * -0.10915
     t40 = t39 - t36
+
+    # base_turn: rotation and position
     t41 = t11 * t33
     t42 = t11 * t31
     t43 = t13 * t27
@@ -86,6 +101,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t45 = t27 * t31
     t46 = t31 * -0.0823
     t47 = t38 - t46
+
+    # base_turn, shoulder, elbow, wrist_1 and wrist_2: rotation and position
     t48 = t13 * t25
     t49 = t42 + t48
     t50 = -t49
@@ -120,14 +137,19 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_1
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # base_turn, shoulder, elbow and wrist_1: frame base_turn, frame shoulder and frame wrist_1
     t0 = -c1
     t1 = -c234
     t2 = c1 * c2
@@ -140,6 +162,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t9 = -t8
     t10 = s2 * 0.425
     t11 = 0.089159 - t10
+
+    # base_turn, shoulder and elbow: frame elbow
     t12 = c1 * c23
     t13 = s1 * c23
     t14 = t12 * 0.39225
@@ -152,18 +176,24 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t21 = -t20
     t22 = s23 * 0.39225
     t23 = t11 - t22
+
+    # base_turn, shoulder, elbow and wrist_1: frame wrist_1 and frame wrist_2
     t24 = c1 * c234
     t25 = c1 * s234
     t26 = -t25
     t27 = s1 * c234
     t28 = s1 * s234
     t29 = -t28
+
+    # base_turn and wrist_2: frame wrist_1 and frame wrist_2
     t30 = s1 * 0.10915
     t31 = t15 + t30
     t32 = c1 * 0.10915
     t33 = t17 - t32
     t34 = s1 * s5
     t35 = s1 * c5
+
+    # base_turn and wrist_2: frame wrist_2 and frame wrist_3
     t36 = c5 * t24
     t37 = t34 + t36
     t38 = s5 * t24
@@ -171,6 +201,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t40 = t39 * -0.0823
     t41 = c1 * s5
     t42 = c1 * c5
+
+    # base_turn, shoulder, elbow, wrist_1 and wrist_2: frame wrist_2 and frame wrist_3
     t43 = c5 * t27
     t44 = t43 - t41
     t45 = s5 * t27
@@ -183,6 +215,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t52 = t48 * 0.0823
     t53 = t25 * 0.09465
     t54 = t31 + t53
+
+    # base_turn, shoulder, elbow and wrist_1: frame wrist_2 and frame wrist_3
     t55 = t54 - t40
     t56 = t28 * 0.09465
     t57 = t33 + t56
@@ -190,6 +224,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t59 = c234 * 0.09465
     t60 = t23 - t59
     t61 = t60 - t52
+
+    # wrist_3: frame wrist_3
     t62 = c6 * t37
     t63 = s6 * t37
     t64 = s6 * t25
@@ -204,6 +240,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t73 = c6 * t28
     t74 = t70 + t73
     t75 = -t74
+
+    # shoulder, elbow, wrist_1 and wrist_3: frame wrist_3
     t76 = c234 * s6
     t77 = c234 * c6
     t78 = c6 * t47
@@ -307,13 +345,18 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_1
     q23 = q[1] + q[2]
     q234 = q[3] + q23
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
     s234, c234 = _sincos(q234)
     s5, c5 = _sincos(q[4])
+
+    # shoulder, elbow and wrist_2: position
     t0 = s5 * 0.0823
     t1 = c5 * 0.0823
     t2 = t1 + 0.10915
@@ -321,6 +364,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t4 = c23 * 0.39225
     t5 = s2 * 0.425
     t6 = s23 * 0.39225
+
+    # shoulder, elbow and wrist_1: position
     t7 = s234 * 0.09465
     t8 = s234 * t0
     t9 = c234 * t0
@@ -332,6 +377,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t15 = t14 + t5
     t16 = t6 + t15
     t17 = 0.089159 - t16
+
+    # base_turn: position
     t18 = s1 * t2
     t19 = s1 * t12
     t20 = c1 * t12

@@ -30,10 +30,15 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist, shoulder and elbow: rotation and position
     t0 = c2 * 0.5
     t1 = s2 * 0.5
     t2 = c1 * c23
@@ -47,6 +52,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t10 = -c1
     t11 = c1 * s23
     t12 = -t11
+
+    # shoulder and elbow: position
     t13 = s23 * 0.4
     t14 = t13 + t1
     t15 = 0.4 + t14
@@ -75,10 +82,15 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist and shoulder: frame waist and frame shoulder
     t0 = -c1
     t1 = c1 * c2
     t2 = s1 * c2
@@ -90,6 +102,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t8 = -t7
     t9 = s2 * 0.5
     t10 = 0.4 + t9
+
+    # waist, shoulder and elbow: frame elbow
     t11 = c1 * c23
     t12 = c1 * s23
     t13 = -t12
@@ -163,10 +177,15 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: q23 of shoulder and elbow
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     s2, c2 = _sincos(q[1])
     s23, c23 = _sincos(q23)
+
+    # waist, shoulder and elbow: position
     t0 = c23 * 0.4
     t1 = s23 * 0.4
     t2 = c2 * 0.5

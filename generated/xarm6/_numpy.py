@@ -30,18 +30,25 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: qu1 of shoulder; q23 of shoulder and elbow
     qu1 = q[1] - 1.3849178728701894
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     su1, cu1 = _sincos(qu1)
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # shoulder, bend and flange: rotation and position
     t0 = cu1 * 289.48661454374707
     t1 = su1 * 289.48661454374707
     t2 = c5 * c6
     t3 = s5 * c6
+
+    # forearm, bend and flange: rotation and position
     t4 = s5 * 97.0
     t5 = c5 * 76.0
     t6 = t4 - t5
@@ -51,6 +58,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t10 = t9 + 342.5
     t11 = s4 * s6
     t12 = c4 * s6
+
+    # forearm and bend: rotation and position
     t13 = c4 * t2
     t14 = t11 - t13
     t15 = s4 * t2
@@ -60,6 +69,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t19 = c4 * t6
     t20 = s4 * t6
     t21 = t19 - 77.5
+
+    # shoulder, elbow and bend: rotation
     t22 = c23 * t14
     t23 = s23 * t14
     t24 = s23 * t3
@@ -68,10 +79,14 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t23 - t26
     t28 = s23 * c5
     t29 = c23 * c5
+
+    # shoulder and elbow: rotation
     t30 = c23 * t17
     t31 = t28 + t30
     t32 = s23 * t17
     t33 = t32 - t29
+
+    # shoulder and elbow: position
     t34 = s23 * t10
     t35 = c23 * t10
     t36 = c23 * t21
@@ -81,6 +96,8 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t40 = t0 - t37
     t41 = t39 - t1
     t42 = 267.0 + t41
+
+    # waist: rotation
     t43 = s1 * t16
     t44 = c1 * t16
     t45 = c1 * t25
@@ -95,12 +112,16 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t54 = s1 * t31
     t55 = t51 - t54
     t56 = -t53
+
+    # waist: position
     t57 = s1 * t20
     t58 = s1 * t40
     t59 = c1 * t40
     t60 = t59 - t57
     t61 = c1 * t20
     t62 = t58 + t61
+
+    # waist: rotation
     t63 = t27 * t55
     t64 = t27 * t53
     t65 = t48 * t53
@@ -135,14 +156,19 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: qu1 of shoulder; q23 of shoulder and elbow
     qu1 = q[1] - 1.3849178728701894
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     su1, cu1 = _sincos(qu1)
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
+
+    # waist, shoulder and elbow: frame waist, frame shoulder and frame elbow
     t0 = -s1
     t1 = -su1
     t2 = -cu1
@@ -152,12 +178,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t6 = cu1 * s1
     t7 = t5 * 289.48661454374707
     t8 = t6 * 289.48661454374707
+
+    # waist and shoulder: frame shoulder and frame elbow
     t9 = su1 * c1
     t10 = -t9
     t11 = su1 * s1
     t12 = -t11
     t13 = su1 * 289.48661454374707
     t14 = 267.0 - t13
+
+    # waist, shoulder, elbow and forearm: frame elbow and frame forearm
     t15 = c1 * c23
     t16 = c1 * s23
     t17 = -t16
@@ -166,6 +196,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t20 = -t19
     t21 = s1 * s4
     t22 = s1 * c4
+
+    # waist, shoulder, elbow and forearm: frame forearm and frame bend
     t23 = c4 * t15
     t24 = t21 + t23
     t25 = s4 * t15
@@ -188,12 +220,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t42 = t14 - t41
     t43 = -t37
     t44 = -t38
+
+    # waist, shoulder and elbow: frame forearm
     t45 = t16 * 342.5
     t46 = t28 - t45
     t47 = t19 * 342.5
     t48 = t40 - t47
     t49 = c23 * 342.5
     t50 = t42 - t49
+
+    # bend: frame bend and frame flange
     t51 = s5 * t16
     t52 = c5 * t16
     t53 = c5 * t24
@@ -202,6 +238,8 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t56 = t55 + t52
     t57 = -t56
     t58 = t56 * 97.0
+
+    # shoulder, elbow and bend: frame bend and frame flange
     t59 = s5 * t19
     t60 = c5 * t19
     t61 = c5 * t33
@@ -212,12 +250,16 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t66 = t64 * 97.0
     t67 = c23 * s5
     t68 = c23 * c5
+
+    # bend: frame bend and frame flange
     t69 = c5 * t34
     t70 = t67 + t69
     t71 = s5 * t34
     t72 = t71 - t68
     t73 = t72 * 97.0
     t74 = -t70
+
+    # bend and flange: frame flange
     t75 = c6 * t54
     t76 = s6 * t26
     t77 = t75 + t76
@@ -343,13 +385,18 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     Returns:
         The computed entries, one array (N,) or number each.
     """
+    # Angle sums: qu1 of shoulder; q23 of shoulder and elbow
     qu1 = q[1] - 1.3849178728701894
     q23 = q[1] + q[2]
+
+    # Sines and cosines
     s1, c1 = _sincos(q[0])
     su1, cu1 = _sincos(qu1)
     s23, c23 = _sincos(q23)
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
+
+    # shoulder, forearm and bend: position
     t0 = cu1 * 289.48661454374707
     t1 = su1 * 289.48661454374707
     t2 = s5 * 97.0
@@ -362,6 +409,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t9 = c4 * t5
     t10 = s4 * t5
     t11 = t9 - 77.5
+
+    # shoulder and elbow: position
     t12 = s23 * t8
     t13 = c23 * t8
     t14 = c23 * t11
@@ -371,6 +420,8 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t18 = t0 - t15
     t19 = t17 - t1
     t20 = 267.0 + t19
+
+    # waist: position
     t21 = s1 * t10
     t22 = s1 * t18
     t23 = c1 * t18
