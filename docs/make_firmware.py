@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from kinegen.boards.cost import better, measure
+from kinegen.boards.cost import better, measure, measure_targets
 from kinegen.boards.figures import Cost
 from kinegen.boards.targets import TARGETS, Target
 from kinegen.boards.toolchain import find_cross_compiler, missing
@@ -43,6 +43,11 @@ OTHERS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "quaternion_
 """The kernels of which the first robot shows the costs, on the targets of `SMALL`."""
 
 SMALL = ("cortex-m0", EXAMPLE)
+
+INVERSES = ("inverse", "numeric_inverse")
+SEARCHES = ("inverse_nearest", "numeric_inverse")
+KINDS = ("near a solution", "far from one", "out of reach", "not a rotation")
+"""Of the first robot, what targets of different kinds cost on the example target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +131,7 @@ def best(case: Case) -> Cost:
 def measured_tables(figures: Figures) -> dict[str, str]:
     """The tables with figures, by name."""
     robots = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
+    costs = costs_by_kind()
     doubles = [target for target in TARGETS.values() if Real.DOUBLE in target.reals]
     return {
         "instructions": by_target(figures, lambda cost: f"{cost.calls}"),
@@ -143,8 +149,17 @@ def measured_tables(figures: Figures) -> dict[str, str]:
             ("target", "kernel", "flags", "instructions", "function", "flash", "stack"),
             [kernel_row(figures, target, quantity) for target in SMALL for quantity in OTHERS],
         ),
+        "targets_of_inverses": table(
+            ("function", *KINDS), [(f"`{name}`", *(costs[name, kind] for kind in KINDS)) for name in SEARCHES]
+        ),
         "versions": f"Compilers: {versions()}.\n",
     }
+
+
+def costs_by_kind() -> dict[tuple[str, str], str]:
+    """Instructions of the inverses of the first robot for each kind of target."""
+    given = lower_file(ROOT / "robots" / f"{ROBOTS[0]}.yaml", tuple(map(parse_quantity, INVERSES)))
+    return {key: f"{cost.calls}" for key, cost in measure_targets(given, Real.FLOAT, TARGETS[EXAMPLE]).items()}
 
 
 def targets_table() -> str:

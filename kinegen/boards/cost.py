@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from kinegen.boards.emulator import HungError, run_program
+from kinegen.boards.examples import targets_by_kind
 from kinegen.boards.figures import Calls, Cost
 from kinegen.boards.programs import (
     Measured,
@@ -67,6 +68,31 @@ def measure(kernels: Kernels, real: str, target: Target) -> tuple[Cost, ...]:
     return tuple(costs)
 
 
+def measure_targets(kernels: Kernels, real: Real, target: Target) -> dict[tuple[str, str], Cost]:
+    """Measure what targets of different kinds cost: the search, and the choice among the solutions of an inverse.
+
+    Args:
+        kernels: A robot with its inverse, or with the search, or with both.
+        real: The number type.
+        target: The processor.
+
+    Returns:
+        The better of the levels of optimisation, by the name of the function and the kind of target.
+
+    Raises:
+        MissingToolError: If there is no compiler for the target; the message names the package.
+    """
+    find_cross_compiler(target)
+    costs: dict[tuple[str, str], Cost] = {}
+    for kind, rows in targets_by_kind(kernels.robot).items():
+        for subject in _subjects(kernels, str(real), rows):
+            if subject.program is None:
+                with tempfile.TemporaryDirectory(prefix="kinegen-") as made:
+                    found = _Bench(str(real), target, Path(made)).measure(subject, Path(made))
+                costs[found[0].name, kind] = better(found)
+    return costs
+
+
 @dataclass(frozen=True, slots=True)
 class _Subject:
     """What is measured: a kernel, the choice among the solutions of an inverse, or the search.
@@ -84,14 +110,14 @@ class _Subject:
     program: Program | None = None
 
 
-def _subjects(kernels: Kernels, real: str) -> Iterator[_Subject]:
+def _subjects(kernels: Kernels, real: str, rows: Sequence[Sequence[float]] = ()) -> Iterator[_Subject]:
     for program in kernels.programs:
         own = replace(kernels, programs=(program,))
         yield _Subject(program.quantity, "", partial(write_measured, kernels=own, real=real), program)
         if program.quantity.kind is Kind.INVERSE:
-            yield _Subject(program.quantity, "nearest", partial(write_nearest, kernels=own, real=Real(real)))
+            yield _Subject(program.quantity, "nearest", partial(write_nearest, kernels=own, real=Real(real), rows=rows))
     if kernels.numeric_inverse:
-        yield _Subject(NUMERIC_INVERSE, "", partial(write_search, kernels=kernels, real=Real(real)))
+        yield _Subject(NUMERIC_INVERSE, "", partial(write_search, kernels=kernels, real=Real(real), rows=rows))
 
 
 def better(costs: Sequence[Cost]) -> Cost:

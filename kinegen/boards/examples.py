@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.robot.extent import joint_box
+from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
 COUNT = 16
@@ -18,6 +18,26 @@ NEAR = 0.1
 """How far a search starts from a solution: radians, or this part of a stroke."""
 
 _INNER = 0.8
+
+
+def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
+    """Targets of an inverse that cost different things, each followed by a joint vector.
+
+    Args:
+        robot: The robot, which has one tip.
+
+    Returns:
+        `COUNT` rows of a 4x4 matrix and a joint vector for each kind. Joint vectors are near a solution, or, of the
+        targets called far, anywhere in the joint box.
+    """
+    near = np.array(reachable_poses(robot, starts=True))
+    box = np.array(joint_box(robot)).clip(-math.pi, math.pi)
+    far, unreachable, bent = near.copy(), near.copy(), near.copy()
+    far[:, 16:] = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (COUNT, robot.dof))
+    unreachable[:, 3] += 3 * reach(robot)
+    bent[:, [0, 1, 2, 4, 5, 6, 8, 9, 10]] *= 2
+    kinds = {"near a solution": near, "far from one": far, "out of reach": unreachable, "not a rotation": bent}
+    return {name: tuple(tuple(map(float, row)) for row in rows) for name, rows in kinds.items()}
 
 
 def reachable_poses(robot: Robot, *, starts: bool) -> tuple[tuple[float, ...], ...]:

@@ -144,13 +144,14 @@ def write_measured(folder: Path, kernels: Kernels, real: str) -> Measured:
     return Measured((*files, folder / "nothing.c"), 1, entry.name, 8)
 
 
-def write_nearest(folder: Path, kernels: Kernels, real: Real) -> Measured:
+def write_nearest(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Sequence[float]] = ()) -> Measured:
     """The same for the choice of the solution nearest to a joint vector, which is near one of them.
 
     Args:
         folder: An existing folder.
         kernels: A robot with one program, its inverse.
         real: The number type.
+        rows: Targets and joint vectors; reachable ones if there are none.
 
     Returns:
         The program.
@@ -161,18 +162,19 @@ def write_nearest(folder: Path, kernels: Kernels, real: Real) -> Measured:
     parameters = f"&{prefix(kernels.robot.name, real)}_default_params, " if nearest.params_type else ""
     call = f"(void){nearest.name}(q, q + 16, {parameters}result)"
     entry = TableEntry(nearest.name, "", call, 16 + dof, dof, kernel.beyond)
-    examples = _examples(reachable_poses(kernels.robot, starts=True), real)
+    examples = _examples(rows or reachable_poses(kernels.robot, starts=True), real)
     files = _write(folder, [kernel], _with_nothing(folder, entry, nearest.prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, nearest.name, 8)
 
 
-def write_search(folder: Path, kernels: Kernels, real: Real) -> Measured:
+def write_search(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Sequence[float]] = ()) -> Measured:
     """The same for the numeric inverse, which starts close to a solution.
 
     Args:
         folder: An existing folder.
         kernels: A robot with the numeric inverse.
         real: The number type.
+        rows: Targets and starts; reachable ones, and starts close to a solution, if there are none.
 
     Returns:
         The program.
@@ -186,7 +188,7 @@ def write_search(folder: Path, kernels: Kernels, real: Real) -> Measured:
     dof = kernels.robot.dof
     call = f"static {solver.prefix}_found found; (void){solver.function}({arguments})"
     entry = TableEntry(solver.function, "", call, 16 + dof, dof, kernel.beyond)
-    examples = _examples(reachable_poses(kernels.robot, starts=True), real)
+    examples = _examples(rows or reachable_poses(kernels.robot, starts=True), real)
     files = _write(folder, [kernel], _with_nothing(folder, entry, solver.prototype, solver.header), examples)
     return Measured((files[0], folder / solver.source, *files[1:], folder / "nothing.c"), 2, solver.function, 1)
 
