@@ -87,13 +87,14 @@ def test_what_is_gone_is_lent_to_the_system(chain: ModuleType) -> None:
 
 
 def test_no_more_than_four_are_kept(chain: ModuleType) -> None:
-    q = inputs()
+    """Modules of other tests in this process have lent memory of their own."""
+    q, before = inputs(), lent()
     held = [chain.fk(q) for _ in range(8)]
     size = held[0].nbytes
     assert len({each.ctypes.data for each in held}) == 8
     held.clear()
 
-    assert lent() < 5.5 * size
+    assert lent() - before < 5.5 * size
 
 
 def test_a_small_result_takes_no_large_memory(chain: ModuleType) -> None:
