@@ -1,5 +1,5 @@
-"""The robot file: YAML text in, the exact and validated model out.
+"""The model of a robot: frozen records, exact values, kernel units.
 
-Ask `load.load` for a `model.Robot`; everything else here serves it. Nothing is imported by this package itself, so
-that stages which need the model alone do not pay for YAML.
+`model.Robot` is what every stage takes; everything else here answers questions about one, or changes one into another.
+It knows no format: `kinegen.formats` reads robots.
 """

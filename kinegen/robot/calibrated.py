@@ -11,13 +11,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, quote
 from kinegen.naming import check_name
-from kinegen.robot import keys
 from kinegen.robot.digest import digest
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.entries import ANGLE_ENTRIES, ROW_ENTRIES
 from kinegen.robot.expressions import Expression, ExpressionError, Name, arcs, linear, names, substitute
-from kinegen.robot.fields import quote
-from kinegen.robot.model import BASE, TOOL, Dimension, Parameter, Robot, Row
+from kinegen.robot.model import BASE, TOOL, Parameter, Robot, Row
 from kinegen.robot.units import join
 from kinegen.robot.values import check_roots, checked_value
 
@@ -51,7 +51,7 @@ class Entry:
     @property
     def dimension(self) -> Dimension:
         """What the parameter measures."""
-        return Dimension.ANGLE if self.key in keys.ANGLE_ENTRIES else Dimension.LENGTH
+        return Dimension.ANGLE if self.key in ANGLE_ENTRIES else Dimension.LENGTH
 
 
 def calibrated(robot: Robot, wrt: tuple[str, ...]) -> Robot:
@@ -95,7 +95,7 @@ def calibrated(robot: Robot, wrt: tuple[str, ...]) -> Robot:
 def _entries(row: Row, robot: Robot) -> Iterator[Entry]:
     """The entries of one row, in the order in which its convention lists them."""
     joints = frozenset(variable.name for variable in robot.variables)
-    for key in keys.ROW_ENTRIES[row.convention]:
+    for key in ROW_ENTRIES[row.convention]:
         factors, offset = linear(getattr(row, key), joints)
         yield Entry(row.name, key, factors, offset, row.line)
 

@@ -8,7 +8,7 @@ import json
 from enum import Enum
 from fractions import Fraction
 
-from kinegen.robot.actuators import NO_ACTUATORS
+from kinegen.robot.actuators.model import NO_ACTUATORS
 from kinegen.robot.model import Robot
 
 _LEFT_OUT = frozenset({"line", "source", "digest", "made_of", "chosen", "version"})

@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from kinegen.older import StrEnum
-from kinegen.robot.actuators import NO_ACTUATORS, Actuators
+from kinegen.robot.actuators.model import NO_ACTUATORS, Actuators
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression
 
 BASE = "base"
@@ -54,14 +55,6 @@ class JointType(StrEnum):
     SCREW = "screw"
     FOLLOWER = "follower"
     FIXED = "fixed"
-
-
-class Dimension(StrEnum):
-    """What a parameter measures; an angle is in radians here."""
-
-    LENGTH = "length"
-    ANGLE = "angle"
-    NUMBER = "number"
 
 
 class StepKind(StrEnum):

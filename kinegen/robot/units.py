@@ -24,8 +24,6 @@ from kinegen.robot.expressions import (
     substitute,
     without_arcs,
 )
-from kinegen.robot.model import Dimension, JointType
-from kinegen.robot.slots import Slot
 
 HALF_TURN = number(180)
 DEGREE = multiply(number("1/180"), PI)
@@ -52,52 +50,19 @@ def _radians(expression: Expression, angles: frozenset[str]) -> Expression:
         factors, rest = linear(expression, angles)
     except ExpressionError:
         in_degrees = {name: multiply(RADIAN, Name(name)) for name in angles}
-        return _scale(substitute(expression, in_degrees, HALF_TURN))
+        return scale(substitute(expression, in_degrees, HALF_TURN))
     terms = [multiply(substitute(factor, {}, HALF_TURN), Name(name)) for name, factor in factors.items()]
-    return add(*terms, _scale(substitute(rest, {}, HALF_TURN)))
+    return add(*terms, scale(substitute(rest, {}, HALF_TURN)))
 
 
-def _in_degrees(factor: Expression, angles: frozenset[str]) -> Expression:
-    """The same number of degrees, with every name and arc in radians."""
-    hidden, found = without_arcs(factor)
-    in_degrees = {name: multiply(RADIAN, Name(name)) for name in angles.union(found)}
-    return substitute(substitute(hidden, in_degrees, HALF_TURN), found)
-
-
-def _scale(expression: Expression) -> Expression:
+def scale(expression: Expression) -> Expression:
+    """A number of degrees in radians; the terms of a sum are converted one by one."""
     if isinstance(expression, Sum):
         return add(*(multiply(DEGREE, term) for term in expression.terms))
     return multiply(DEGREE, expression)
 
 
-def split(
-    slot: Slot, types: Mapping[str, JointType], angles: frozenset[str], *, degrees: bool
-) -> tuple[dict[str, Expression], Expression]:
-    """Convert a slot to kernel units, as a linear function of the joint variables.
-
-    Args:
-        slot: Any slot.
-        types: Type of each joint.
-        angles: The parameters that are angles.
-        degrees: Whether the angles of the file count in degrees.
-
-    Returns:
-        The coefficient of each joint variable, and the offset.
-
-    Raises:
-        ExpressionError: If a variable does not stand linearly.
-    """
-    factors, offset = linear(slot.expression, frozenset(types))
-    if not degrees or slot.dimension is not Dimension.ANGLE:
-        return factors, offset
-    converted = {name: _in_degrees(factor, angles) for name, factor in factors.items()}
-    for name, factor in converted.items():
-        if types[name] is JointType.PRISMATIC:
-            converted[name] = _scale(factor)
-    return converted, radians(offset, angles)
-
-
 def join(factors: Mapping[str, Expression], offset: Expression) -> Expression:
-    """Put the two halves of `split` together again."""
+    """A linear function of variables: the sum of its factors times them, and its offset."""
     terms = [multiply(factor, Name(name)) for name, factor in factors.items()]
     return add(*terms, offset) if terms else add(offset, ZERO)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 
 FOLDER = Path(__file__).parent
 LINES = (FOLDER / "expected.txt").read_text(encoding="utf-8").splitlines()
@@ -183,7 +183,7 @@ def test_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert message_of("arm.yaml") == "arm.yaml: this is a folder; expected a robot file"
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are Unix's")
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs os.mkfifo, which Unix has")
 def test_a_pipe_does_not_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     os.mkfifo("arm.yaml")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from kinegen.formats.load import loads
 from kinegen.robot.expressions import Expression, parse
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot, Row
 
 HEAD = """kinegen: 1

@@ -18,6 +18,7 @@ from kinegen.cli import main
 from kinegen.errors import KinegenError, RobotFileError
 from kinegen.ir.lower import exact_number
 from kinegen.robot.calibrated import calibrated
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import (
     PI,
     Atan2,
@@ -33,7 +34,7 @@ from kinegen.robot.expressions import (
     without_arcs,
 )
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, Robot
+from kinegen.robot.model import Robot
 from kinegen.robot.units import radians
 from kinegen.robot.values import checked_value
 from kinegen.symbolic.transforms import EXACT
@@ -205,7 +206,7 @@ def test_a_function_is_no_name(name: str) -> None:
     ],
 )
 def test_a_comma_that_yaml_takes_for_its_own_is_explained(rows: str) -> None:
-    from kinegen.robot.load import loads
+    from kinegen.formats.load import loads
 
     with pytest.raises(RobotFileError, match=r"such as atan2\(y, x\), must be quoted between braces"):
         loads(HEAD.format(convention="standard", angle="deg") + rows + "\n", "arm.yaml")
@@ -213,7 +214,7 @@ def test_a_comma_that_yaml_takes_for_its_own_is_explained(rows: str) -> None:
 
 def arm(folder: Path) -> Robot:
     """The arm, loaded."""
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
 
     return load(xarm(folder))
 

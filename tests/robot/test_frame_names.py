@@ -12,10 +12,10 @@ import pytest
 from kinegen import reference
 from kinegen.cli import main
 from kinegen.errors import RobotFileError
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import reach
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import BASE, ROOT, Robot
 from kinegen.symbolic.derive import derive
 from tests.evaluation import run

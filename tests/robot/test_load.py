@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.robot.load import load, loads
-from kinegen.robot.model import Convention, Dimension, JointType, Robot, StepKind, Units
+from kinegen.formats.load import load, loads
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import Convention, JointType, Robot, StepKind, Units
 from tests.robot.files import entry, exact, robot, row_of
 
 ROBOTS = sorted((Path(__file__).resolve().parents[2] / "robots").glob("*.yaml"))

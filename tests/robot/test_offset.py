@@ -10,10 +10,10 @@ import yaml
 
 from kinegen.cli import main
 from kinegen.errors import RobotFileError
+from kinegen.formats.load import loads
+from kinegen.formats.yaml.schema import schema
 from kinegen.robot.digest import digest
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
-from kinegen.robot.schema import schema
 from tests.robot.files import HEAD, robot
 
 ROWS = {

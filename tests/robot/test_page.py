@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.robot import keys
+from kinegen.formats.yaml import keys
+from kinegen.robot.entries import ROW_ENTRIES
 from kinegen.robot.expressions import FUNCTIONS
 from kinegen.robot.model import Convention
 from kinegen.symbolic.transforms import Turn, row_transforms, symbols
@@ -49,7 +50,7 @@ def test_it_names_every_key_and_word() -> None:
 @pytest.mark.parametrize("convention", [each for each in Convention if each is not Convention.ETS])
 def test_a_figure_shows_the_transforms_of_its_convention(convention: Convention, script: object) -> None:
     entries = {"theta": "q", "d": "0.1", "a": "0.2", "alpha": "0.3", "beta": "0.4"}
-    given = ", ".join(f"{key}: {entries[key]}" for key in keys.ROW_ENTRIES[convention])
+    given = ", ".join(f"{key}: {entries[key]}" for key in ROW_ENTRIES[convention])
     arm = robot(f"{{name: one, {given}}}", convention=str(convention))
 
     steps = row_transforms(arm.rows[0], symbols(arm, keep_parameters=True))
@@ -82,7 +83,7 @@ def test_figures_are_small_pictures_with_a_title(path: Path) -> None:
 
 
 def test_the_first_example_is_a_robot() -> None:
-    from kinegen.robot.load import loads
+    from kinegen.formats.load import loads
 
     block = re.search(r"```yaml\n(.*?)```", PAGE, re.S)
     assert block is not None

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinegen.errors import RobotFileError
-from kinegen.robot import keys
-from kinegen.robot.actuators import Coupling
+from kinegen.formats.load import loads
+from kinegen.formats.yaml import keys
+from kinegen.robot.actuators.model import Coupling
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 
 FLOATS = Arithmetic(

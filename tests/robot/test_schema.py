@@ -10,9 +10,9 @@ import jsonschema
 import pytest
 import yaml
 
-from kinegen.robot import keys
-from kinegen.robot.load import load
-from kinegen.robot.schema import schema
+from kinegen.formats.load import load
+from kinegen.formats.yaml import keys
+from kinegen.formats.yaml.schema import schema
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))

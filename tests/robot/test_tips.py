@@ -9,9 +9,9 @@ import pytest
 
 from kinegen import reference
 from kinegen.cli import main
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from tests.evaluation import run

@@ -1,0 +1,1 @@
+"""MJCF, the model files of MuJoCo: bodies inside bodies with their joints; geometry and dynamics are left aside."""

@@ -1,0 +1,1 @@
+"""Standard and modified tables as text that people paste: Markdown, CSV, LaTeX."""

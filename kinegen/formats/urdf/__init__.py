@@ -1,0 +1,1 @@
+"""URDF, the robot description of ROS: links, and joints between them; what is only seen or weighed is left aside."""

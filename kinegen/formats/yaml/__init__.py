@@ -1,0 +1,1 @@
+"""The robot file of kinegen: a bounded tree, raw records as written, then the exact model."""

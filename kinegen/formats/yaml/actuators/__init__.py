@@ -1,0 +1,1 @@
+"""The part `actuators` of a robot file."""

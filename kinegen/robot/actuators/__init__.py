@@ -1,0 +1,1 @@
+"""What drives the joints: readings, drives, and how far they go."""
