@@ -80,9 +80,9 @@ def fraction_box(robot: Robot, free: float | None = None) -> tuple[tuple[Fractio
     )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def bound_over(program: Program, ranges: Ranges, real: NumberType) -> ErrorBound:
-    """What is proven of a program over some ranges of its inputs; computed once for headers, notes and proofs."""
+    """What is proven of a program over some ranges; computed once for headers, notes, proofs and tests of languages."""
     return bound(program, ranges, real)
 
 

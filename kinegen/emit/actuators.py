@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from kinegen.emit.kernels import Kernels
-from kinegen.robot.actuators_extent import reading_ranges
-from kinegen.robot.model import Dimension, Robot
+from kinegen.robot.actuators.extent import reading_ranges
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import Robot
 
 ARRAY = "actuators"
 """What kernels call the actuator vector."""

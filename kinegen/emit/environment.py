@@ -11,6 +11,7 @@ from pathlib import Path
 
 import jinja2
 
+from kinegen.emit.c.routines import c_routine
 from kinegen.errors import KinegenError
 
 
@@ -42,7 +43,7 @@ def environment() -> jinja2.Environment:
     line that holds only a tag leaves nothing behind. Nothing is escaped, since no output is HTML.
     """
     package = Path(__file__).resolve().parent.parent
-    return jinja2.Environment(
+    made = jinja2.Environment(
         loader=jinja2.FileSystemLoader(template_folder(package), encoding="utf-8"),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -51,3 +52,11 @@ def environment() -> jinja2.Environment:
         newline_sequence="\n",
         autoescape=False,  # noqa: S701 - the outputs are C, Python and LaTeX
     )
+    made.globals["c_routine"] = c_routine
+    made.filters["sentence"] = _sentence
+    return made
+
+
+def _sentence(text: str) -> str:
+    """Text that begins with a capital letter."""
+    return text[:1].upper() + text[1:]

@@ -6,15 +6,17 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from kinegen.emit.c.batch import emit_batch
+from kinegen.emit.c import C
 from kinegen.emit.c.expected import Vectors
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.c.vectors import emit_vectors
+from kinegen.emit.fixed import INTEGERS
+from kinegen.emit.fixed.kernels import fixed_kernels
+from kinegen.emit.fixed.vectors import FixedVectors, emit_fixed_vectors
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
+from kinegen.emit.python import PYTHON
 from kinegen.emit.python.package import emit_package
 from kinegen.emit.reals import Real
+from kinegen.naming import Q30
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +47,30 @@ def emit_files(kernels: Kernels, reals: tuple[Real, ...], vectors: Vectors) -> E
     """
     sources: dict[str, str] = {}
     for real in reals:
-        sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)
-        if kernels.numeric_inverse:
-            sources |= emit_numeric_inverse(kernels, real)
+        sources |= C.files(kernels, real)
     files = dict(sources)
     for real in reals:
         files |= emit_vectors(kernels, vectors, real)
     stamp = stamp_of(sources)
-    return Emitted(sources, files | emit_formula(kernels) | emit_package(kernels, reals, stamp), stamp)
+    for real in reals:
+        files |= PYTHON.files(kernels, real)
+    return Emitted(sources, files | emit_package(kernels, reals, stamp), stamp)
+
+
+def emit_integers(kernels: Kernels, vectors: FixedVectors) -> dict[str, str]:
+    """Print all there is of the kernels in integers.
+
+    Args:
+        kernels: The robot and its programs.
+        vectors: What the kernels must return.
+
+    Returns:
+        Kernels, test vectors and self-test, by name.
+
+    Raises:
+        KinegenError: If integers cannot evaluate a program; the message says why.
+    """
+    return {**INTEGERS.files(kernels, Q30), **emit_fixed_vectors(fixed_kernels(kernels), vectors)}
 
 
 def stamp_of(sources: Mapping[str, str]) -> str:

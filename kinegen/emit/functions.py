@@ -1,6 +1,7 @@
 """What the emitted square root and arc tangent promise, for the emitters and the headers.
 
-The templates hold the code. Nothing is computed here; tests/functions proves the figures.
+The statements of the arc tangents are in `kinegen.ir.routines.atan2`, the rest is in the templates. Nothing is computed
+here; tests/functions proves the figures.
 """
 
 from __future__ import annotations

@@ -9,14 +9,12 @@ from fractions import Fraction
 from kinegen import __version__
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
-from kinegen.naming import comment_text
+from kinegen.naming import PARTS, comment_text, companion
 from kinegen.outputs import Quantity
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, JointType, Robot
-
-_PARTS = ("batch", "tile", "arrays", "pointers", "expected", "accepted")
-"""What follows the names of functions in names that C files and extensions need besides."""
+from kinegen.robot.model import JointType, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +47,7 @@ def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:
     """Refuse quantities whose functions would have one name, such as the pose of a frame called jacobian."""
     taken: dict[str, Quantity] = {}
     for quantity in quantities:
-        for name in (quantity.function, *(f"{quantity.function}_{part}" for part in _PARTS)):
+        for name in (quantity.function, *(companion(quantity.function, part) for part in PARTS)):
             other = taken.setdefault(name, quantity)
             if other != quantity:
                 reason = f"outputs '{other}' and '{quantity}' would both be called {name}"

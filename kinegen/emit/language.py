@@ -1,4 +1,4 @@
-"""A language that kernels are printed in beside C and Python: a record, a folder here, and one in `templates/`.
+"""A language that kernels are printed in: a record, a folder here, and one in `templates/`.
 
 What a new language takes:
 
@@ -15,9 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from kinegen.emit.kernels import Kernels
 from kinegen.outputs import Quantity
+
+if TYPE_CHECKING:
+    from kinegen.emit.c.expected import Vectors
+    from kinegen.emit.kernels import Kernels
+    from kinegen.emit.printing import Syntax
+
+
+def no_tests(_kernels: Kernels, _real: str, _vectors: Vectors) -> Mapping[str, str]:
+    """No files with test vectors."""
+    return {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +35,36 @@ class Language:
     """One language.
 
     Attributes:
-        name: As `--languages` names it; its files go to a folder of this name below that of the robot.
+        name: As `--languages` names it.
         title: As sentences name it.
+        reals: The number types that it has, as `--real` names them.
+        syntax: How it writes operations, by number type.
+        files: The text of its files by name, for the kernels that it does not refuse and one number type; names may
+            have folders, with forward slashes.
         refuses: Why it has no function for a quantity, or an empty text.
-        files: The text of its files by name, for the kernels that it does not refuse.
         tools: The programs that compile or run it, the first that exists being taken; without one there is no proof.
         install: What provides these, in a few words.
+        tests: Files in which its users find the test vectors, by name, for the same kernels and one number type.
+        reserved: Names of robots and runtime parameters that it cannot have.
+        reserved_robots: Names that a robot alone cannot have, because it is declared beside what libraries declare.
+        is_extra: Whether it is written where `--languages` names it, to a folder of its name below that of the robot.
+            Of the others C and Python are part of every package, and `--real` asks for integers.
     """
 
     name: str
     title: str
+    reals: tuple[str, ...]
+    syntax: Callable[[str], Syntax[Any]]
+    files: Callable[[Kernels, str], Mapping[str, str]]
     refuses: Callable[[Quantity], str]
-    files: Callable[[Kernels], Mapping[str, str]]
     tools: tuple[str, ...]
     install: str
+    tests: Callable[[Kernels, str, Vectors], Mapping[str, str]] = no_tests
+    reserved: frozenset[str] = frozenset()
+    reserved_robots: frozenset[str] = frozenset()
+    is_extra: bool = True
+
+
+def refuses_nothing(_quantity: Quantity) -> str:
+    """Every quantity has a function."""
+    return ""

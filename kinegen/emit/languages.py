@@ -1,41 +1,79 @@
-"""The languages beside C and Python, by name."""
+"""The languages by name."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+from kinegen.emit.c import C
+from kinegen.emit.cpp import CPP
+from kinegen.emit.fixed import INTEGERS
 from kinegen.emit.javascript import JAVASCRIPT
-from kinegen.emit.kernels import Kernels
 from kinegen.emit.language import Language
+from kinegen.emit.python import PYTHON
+from kinegen.emit.rust import RUST
+from kinegen.errors import KinegenError
 from kinegen.outputs import NUMERIC_INVERSE
 
-LANGUAGES: Mapping[str, Language] = MappingProxyType({language.name: language for language in (JAVASCRIPT,)})
+if TYPE_CHECKING:
+    from kinegen.emit.c.expected import Vectors
+    from kinegen.emit.kernels import Kernels
+
+LANGUAGES: Mapping[str, Language] = MappingProxyType(
+    {
+        language.name: language
+        for language in (
+            C,
+            PYTHON,
+            INTEGERS,
+            JAVASCRIPT,
+            CPP,
+            RUST,
+        )
+    }
+)
+"""What `--languages` can name is extra; see `Language.is_extra`. Help texts read this table, so a language imports what
+prints its files only when it prints them."""
 
 
-def emit_languages(kernels: Kernels, names: Sequence[str]) -> dict[str, str]:
+def emit_languages(kernels: Kernels, names: Sequence[str], vectors: Vectors) -> dict[str, str]:
     """Print the files of some languages, by path; see `emit_language`."""
-    return {path: text for name in names for path, text in emit_language(kernels, LANGUAGES[name]).items()}
+    return {path: text for name in names for path, text in emit_language(kernels, LANGUAGES[name], vectors).items()}
 
 
-def emit_language(kernels: Kernels, language: Language) -> dict[str, str]:
+def emit_language(kernels: Kernels, language: Language, vectors: Vectors | None = None) -> dict[str, str]:
     """Print the files of a language.
 
     Args:
         kernels: The robot and its programs; those of quantities that the language refuses are left out.
         language: The language.
+        vectors: What the kernels must return; without them there are no tests among the files.
 
     Returns:
         Text by path below the folder of the robot, with forward slashes.
+
+    Raises:
+        KinegenError: If a name of the robot is a word of the language.
     """
-    files = language.files(kept(kernels, language))
-    return {f"{language.name}/{name}": text for name, text in files.items()}
+    robot = kernels.robot
+    for kind, name in (("robot", robot.name), *(("parameter", each.name) for each in robot.runtime_parameters)):
+        if name in language.reserved or (kind == "robot" and name in language.reserved_robots):
+            reason = f"{kind} name '{name}' is a word of {language.title}; rename it or leave {language.title} out"
+            raise KinegenError(reason, robot.source)
+    folder = f"{language.name}/" if language.is_extra else ""
+    printed = kept(kernels, language)
+    files = [language.files(printed, real) for real in language.reals]
+    files += [language.tests(printed, real, vectors) for real in language.reals] if vectors is not None else []
+    return {f"{folder}{name}": text for each in files for name, text in each.items()}
 
 
 def kept(kernels: Kernels, language: Language) -> Kernels:
     """The kernels that a language prints."""
     programs = tuple(each for each in kernels.programs if not language.refuses(each.quantity))
-    return Kernels(kernels.robot, programs, kernels.defaults)
+    has_search = kernels.numeric_inverse and not language.refuses(NUMERIC_INVERSE)
+    return replace(kernels, programs=programs, numeric_inverse=has_search)
 
 
 def refusals(kernels: Kernels, language: Language) -> tuple[str, ...]:

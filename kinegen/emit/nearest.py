@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.inverse import Branches
+from kinegen.emit.inverse import allowed
 from kinegen.emit.limits import LARGEST, joint_limits
 from kinegen.emit.reals import Real
-from kinegen.outputs import Array, Kind, Quantity
+from kinegen.outputs import Array, Branches, Kind, Quantity
 from kinegen.robot.model import Robot
 
 NAME = f"{Quantity(Kind.INVERSE).function}_nearest"
@@ -43,7 +43,7 @@ class Turning:
 def nearest_signature(robot: Robot) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
     """Inputs and results of the function, as callers from Python see them."""
     inputs = Array("base_T_tool", (4, 4), is_pose=True), Array("q0", (robot.dof,))
-    return inputs, (Array("q", (robot.dof,)), Array("exists", ()))
+    return inputs, (Array("q", (robot.dof,)), Array("exists", (), is_truth=True))
 
 
 def turnings(robot: Robot, branches: Branches, real: Real) -> tuple[Turning, ...]:
@@ -56,10 +56,10 @@ def turnings(robot: Robot, branches: Branches, real: Real) -> tuple[Turning, ...
     """
     largest = float(LARGEST[real])
     found = []
-    for limits, turn, room in zip(joint_limits(robot, real), branches.turns, branches.rooms[real], strict=True):
-        low, high = -largest, largest
+    for limits, turn, room in zip(joint_limits(robot, real), branches.turns, branches.rooms, strict=True):
+        low, high, beside = -largest, largest, Fraction(allowed(room, real))
         if limits is not None:
-            low = real.round(Fraction(limits[0]) - Fraction(room))
-            high = real.round(Fraction(limits[1]) + Fraction(room))
+            low = real.round(Fraction(limits[0]) - beside)
+            high = real.round(Fraction(limits[1]) + beside)
         found.append(Turning(0.0 if math.isinf(turn) else real.round(Fraction(turn)), low, high))
     return tuple(found)

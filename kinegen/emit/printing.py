@@ -7,104 +7,231 @@ order of the program. What a language adds is its syntax alone; an operator that
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any, Generic, Protocol, TypeVar
 
-from kinegen.ir.program import (
-    Constant,
-    Operand,
-    Operator,
-    Program,
-    RuntimeParameter,
-    Statement,
-    Temporary,
-    Variable,
-)
+from kinegen.emit.sections import FIXED
+from kinegen.ir.fixed.program import Integer
+from kinegen.ir.program import Constant, RuntimeParameter, Temporary, Variable
+from kinegen.older import StrEnum
+
+Op = TypeVar("Op", bound=StrEnum)
+"""The operators of a program: `Operator`, or those of integers."""
+
+Op_co = TypeVar("Op_co", bound=StrEnum, covariant=True)
+"""The same of what is only read."""
+
+
+class Step(Protocol[Op_co]):
+    """A statement of numbers or of integers."""
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """The names of the temporaries that it defines: one, or those of a sine and a cosine."""
+
+    @property
+    def operator(self) -> Op_co:
+        """What it does."""
+
+    @property
+    def operands(self) -> tuple[Any, ...]:
+        """What it does it to."""
+
+
+class Code(Protocol[Op_co]):
+    """A program, or a part of one."""
+
+    @property
+    def statements(self) -> Sequence[Step[Op_co]]:
+        """The code."""
+
+    @property
+    def outputs(self) -> Sequence[Any]:
+        """The numbers of the results."""
+
+
+class Titled(Protocol):
+    """Statements with a title or a comment."""
+
+    @property
+    def title(self) -> str:
+        """What they are about."""
+
+    @property
+    def statements(self) -> Sequence[Any]:
+        """The statements."""
+
+
+def _untitled(_title: str) -> tuple[str, ...]:
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
-class Syntax:
+class Syntax(Generic[Op]):
     """All that differs between languages in the body of a function.
 
     Attributes:
         language: What it is called in messages.
-        literal: An exact number as text; negative ones in brackets where an operator may come before them.
+        literal: A constant as text, without brackets.
         define: A definition, with `{name}` and `{value}`.
         store: An assignment to a place of a result, with `{place}` and `{value}`.
         sincos: The lines that define sine and cosine, from the names of both and the angle.
         parameter: A runtime parameter, with `{name}`.
         forms: The expression of each other operator, with `{0}` and so on for its operands.
+        negative: A negative number among the operands of an operation, with `{0}`.
+        others: Definitions of operators whose results are of another type.
+        unused: The name of a sine or cosine that nothing uses, with `{name}`.
+        identifier: A name of the robot file as this language allows it.
+        heading: The lines before a section, from its title; the first one is blank.
     """
 
     language: str
-    literal: Callable[[Fraction], str]
+    literal: Callable[[Any], str]
     define: str
     store: str
     sincos: Callable[[str, str, str], tuple[str, ...]]
     parameter: str
-    forms: Mapping[Operator, str]
+    forms: Mapping[Op, str]
+    negative: str = "({0})"
+    others: Mapping[Op, str] = field(default_factory=dict)
+    unused: str = "{name}"
+    identifier: Callable[[str], str] = str
+    heading: Callable[[str], tuple[str, ...]] = _untitled
+
+
+Revise = Callable[[Any, tuple[str, ...]], tuple[str, ...]]
+"""The operands of a statement as text, where a language or a kernel writes some of them in another way."""
+
+
+def as_it_is(_statement: Any, operands: tuple[str, ...]) -> tuple[str, ...]:
+    """No operand is written in another way."""
+    return operands
 
 
 @dataclass(frozen=True, slots=True)
-class Printer:
+class Printer(Generic[Op]):
     """Prints one program.
 
     Attributes:
         syntax: Of which language.
         variables: How each number of the inputs is written.
+        revise: Which operands of a statement are written in another way.
+        is_direct: Whether a result that no statement reads is stored without a name of its own.
+        others: The syntax of a statement, where results of several types have several; None for that of the program.
+        literals: How numbers are written at places of another type.
     """
 
-    syntax: Syntax
+    syntax: Syntax[Op]
     variables: Sequence[str]
+    revise: Revise = as_it_is
+    is_direct: bool = False
+    others: Callable[[Any], Syntax[Op]] | None = None
+    literals: Mapping[str, Callable[[Any], str]] = field(default_factory=dict)
 
-    def operand(self, operand: Operand) -> str:
-        """One operand."""
+    def operand(self, operand: Any) -> str:
+        """One operand of an operation."""
+        text = self.value(operand)
+        return self.syntax.negative.format(text) if text.startswith("-") else text
+
+    def value(self, operand: Any) -> str:
+        """One operand by itself."""
         match operand:
             case Variable(index):
                 return self.variables[index]
             case RuntimeParameter(name):
-                return self.syntax.parameter.format(name=name)
-            case Constant(value):
-                text = self.syntax.literal(value)
-                return f"({text})" if value < 0 else text
+                return self.syntax.parameter.format(name=self.syntax.identifier(name))
             case Temporary(name):
                 return name
+            case Constant() | Integer():
+                return self.syntax.literal(operand)
             case _:
                 raise TypeError(f"{self.syntax.language} has no form for the operand {operand!r}")
 
-    def assignment(self, place: str, operand: Operand) -> str:
+    def assignment(self, place: str, operand: Any) -> str:
         """The assignment of an operand to a place of a result."""
-        value = self.syntax.literal(operand.value) if isinstance(operand, Constant) else self.operand(operand)
-        return self.syntax.store.format(place=place, value=value)
+        written = self.literals.get(place, self.value) if isinstance(operand, Constant) else self.value
+        return self.syntax.store.format(place=place, value=written(operand))
 
-    def lines(self, program: Program, places: Sequence[str]) -> tuple[str, ...]:
+    def lines(
+        self,
+        program: Code[Op],
+        places: Sequence[str | None],
+        parts: Sequence[Titled] = (),
+        rows: Sequence[str] = (),
+    ) -> tuple[str, ...]:
         """The statements of a program; one operation each.
 
         Args:
-            program: The program.
+            program: The program, or a part of it.
             places: Where each of its outputs belongs. A result is stored as soon as it is computed, so that it need
-                not be kept; what needs no computing comes last.
+                not be kept (outputs do not overlap inputs); what needs no computing comes last. None leaves one out.
+            parts: Its sections, each with a heading; none for lines without titles.
+            rows: What comes after all that: assignments of numbers.
         """
         stores: defaultdict[str, list[str]] = defaultdict(list)
         last: list[str] = []
         for place, operand in zip(places, program.outputs, strict=True):
-            group = stores[operand.name] if isinstance(operand, Temporary) else last
-            group.append(self.assignment(place, operand))
+            if place is not None and isinstance(operand, Temporary):
+                stores[operand.name].append(place)
+            elif place is not None:
+                last.append(self.assignment(place, operand))
+        read = _names(each for statement in program.statements for each in statement.operands)
+        used = read | _names(program.outputs)
         lines: list[str] = []
-        for statement in program.statements:
-            lines += self._statement(statement)
-            for name in statement.results:
-                lines += stores[name]
-        return (*lines, *last)
+        groups: list[tuple[str, Sequence[Any]]] = [(part.title, part.statements) for part in parts]
+        for title, statements in groups or [("", program.statements)]:
+            lines += self.syntax.heading(title) if parts else ()
+            for statement in statements:
+                if self.is_direct and stores[statement.results[0]] and read.isdisjoint(statement.results):
+                    lines += self._stores(stores[statement.name], self._value(statement))
+                    continue
+                lines += self.statement(statement, used)
+                for name in statement.results:
+                    lines += self._stores(stores[name], name)
+        if parts and (last or rows):
+            lines += self.syntax.heading(FIXED)
+        body = (*lines, *last, *rows)
+        return body[1:] if body and not body[0] else body  # no blank line at the beginning
 
-    def _statement(self, statement: Statement) -> tuple[str, ...]:
-        if statement.operator is Operator.SINCOS:
-            sine, cosine = statement.results
-            return self.syntax.sincos(sine, cosine, self.operand(statement.operands[0]))
-        return (self.syntax.define.format(name=statement.name, value=self._expression(statement)),)
+    def _stores(self, places: Sequence[str], value: str) -> list[str]:
+        return [self.syntax.store.format(place=place, value=value) for place in places]
 
-    def _expression(self, statement: Statement) -> str:
-        if statement.operator not in self.syntax.forms:
+    def statement(self, statement: Any, used: frozenset[str]) -> tuple[str, ...]:
+        """The lines of one statement.
+
+        Args:
+            statement: The statement.
+            used: The temporaries that anything reads.
+        """
+        if len(statement.results) > 1:
+            unused = self.syntax.unused
+            sine, cosine = (name if name in used else unused.format(name=name) for name in statement.results)
+            return self.syntax.sincos(sine, cosine, *self._operands(statement))
+        syntax = self._syntax(statement)
+        define = syntax.others.get(statement.operator, syntax.define)
+        return (define.format(name=statement.name, value=self._value(statement)),)
+
+    def _value(self, statement: Any) -> str:
+        """The operation of a statement with one result."""
+        forms = self._syntax(statement).forms
+        if statement.operator not in forms:
             raise TypeError(f"{self.syntax.language} has no form for the operator {statement.operator!r}")
-        return self.syntax.forms[statement.operator].format(*map(self.operand, statement.operands))
+        return forms[statement.operator].format(*self._operands(statement))
+
+    def _syntax(self, statement: Any) -> Syntax[Op]:
+        return self.syntax if self.others is None else self.others(statement)
+
+    def _operands(self, statement: Any) -> tuple[str, ...]:
+        return self.revise(statement, tuple(map(self.operand, statement.operands)))
+
+
+def _names(operands: Iterable[Any]) -> frozenset[str]:
+    """The temporaries among operands; of a sine and a cosine one may be missing."""
+    return frozenset(operand.name for operand in operands if isinstance(operand, Temporary))
+
+
+def number(literal: Callable[[Fraction], str]) -> Callable[[Constant], str]:
+    """Literals of a language that takes the same number for every type."""
+    return lambda constant: literal(constant.value)

@@ -23,16 +23,20 @@ class Real(StrEnum):
     def round(self, value: Fraction) -> float:
         """The nearest number of this type, ties to even."""
         nearest = float(value)
-        return nearest if self is Real.DOUBLE else _nearest_float32(value, nearest)
+        return nearest if self is Real.DOUBLE or not value else _nearest_float32(value, nearest)
 
     def literal(self, value: Fraction) -> str:
         """A C literal that reads back as the nearest number of this type.
 
         Doubles are written with the fewest digits that read back exactly, and so are floats, with their suffix.
         """
+        if not value:  # most entries of a Hessian, so it is worth a short way
+            return "0.0" if self is Real.DOUBLE else "0.0F"
         rounded = self.round(value)
         if self is Real.DOUBLE:
-            return repr(rounded)
+            # Whole numbers of seventeen digits are no longer without an exponent, and easier to read.
+            is_whole = 1e16 <= abs(rounded) < 1e17
+            return f"{rounded:.1f}" if is_whole else repr(rounded)
         # Most numbers need more than six digits, so the shorter texts are tried only where six are enough.
         for digits in range(1 if _reads_back(f"{rounded:.6g}", rounded) else 7, 10):
             text = f"{rounded:.{digits}g}"

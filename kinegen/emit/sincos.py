@@ -1,6 +1,6 @@
 """What the emitted sine-cosine pairs promise, for the emitters, the headers and the error bounds.
 
-The templates hold the code. Nothing is computed here; tests/sincos proves the figures.
+The statements are in `kinegen.ir.routines.sincos`. Nothing is computed here; tests/sincos proves the figures.
 """
 
 from __future__ import annotations

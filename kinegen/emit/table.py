@@ -13,10 +13,11 @@ from kinegen.emit.functions import LINE
 from kinegen.emit.kernels import Kernels
 from kinegen.naming import comment_text, macro
 from kinegen.outputs import Kind
-from kinegen.robot import keys
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.entries import ANGLE_ENTRIES
 from kinegen.robot.expressions import Expression, ExpressionError, evaluate, linear, names, substitute
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Convention, Dimension, JointType, Robot, Row, Step, frame_label
+from kinegen.robot.model import Convention, JointType, Robot, Row, Step, frame_label
 
 _COLUMNS = ("alpha", "a", "d", "theta", "beta")
 
@@ -84,7 +85,7 @@ def _row(robot: Robot, row: Row, columns: tuple[str, ...]) -> tuple[str, ...]:
     cells = []
     for key in columns:
         entry = getattr(row, key)
-        dimension = Dimension.ANGLE if key in keys.ANGLE_ENTRIES else Dimension.LENGTH
+        dimension = Dimension.ANGLE if key in ANGLE_ENTRIES else Dimension.LENGTH
         cells.append("" if entry is None else _value(robot, entry, dimension))
     above = robot.root if row.number == 1 else robot.rows[row.number - 2].name
     parent = "" if row.parent == above else f"on {frame_label(row.parent)}"

@@ -103,6 +103,18 @@ def brief(signature: Signature) -> str:
     return f"{text}."
 
 
+_SUMMARY = 104
+"""Characters of the first line of a docstring."""
+
+
+def summary(text: str) -> tuple[str, ...]:
+    """A sentence as the paragraphs of a docstring, whose first is a line: what is computed, then how it is arranged."""
+    if len(text) <= _SUMMARY:
+        return (text,)
+    what, _, how = text.partition(", ")
+    return (f"{what}.", how[0].upper() + how[1:])
+
+
 def frames_text(is_tree: bool) -> str:
     """What matrices mean."""
     maps, owner = ("base_T_tool maps coordinates in frame tool", "tool")

@@ -16,6 +16,14 @@ static void take(const REAL *numbers, size_t count)
     }
 }
 
+static void take_truths(const uint8_t *truths, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const REAL number = (REAL)truths[i];
+        take(&number, 1);
+    }
+}
+
 static unsigned state = 1u;
 
 /* From -3 to 3. */
@@ -30,7 +38,8 @@ static REAL draw(void)
 int main(void)
 {
     static REAL q[COUNT][DOF], poses[COUNT][16], batch[COUNT][16], angles[COUNT][3];
-    static REAL solutions[COUNT][BRANCHES * DOF], valid[COUNT][BRANCHES];
+    static REAL solutions[COUNT][BRANCHES][DOF];
+    static uint8_t valid[COUNT][BRANCHES];
     for (int i = 0; i < COUNT; i++) {
         for (int j = 0; j < DOF; j++) {
             /* Multiples of 45 degrees and zeros of both signs, where signs and branches are decided; then anything. */
@@ -48,8 +57,8 @@ int main(void)
         take(poses[i], 16);
         take(quaternion, 4);
         take(angles[i], 3);
-        take(solutions[i], BRANCHES * DOF);
-        take(valid[i], BRANCHES);
+        take(&solutions[i][0][0], BRANCHES * DOF);
+        take_truths(valid[i], BRANCHES);
         take(found, DOF);
         take(&counted, 1);
     }
@@ -57,9 +66,9 @@ int main(void)
     take(&batch[0][0], COUNT * 16);
     NAME(rpy_zyx_batch)(COUNT, &q[0][0], DOF, 1, &angles[0][0], 3, 0);
     take(&angles[0][0], COUNT * 3);
-    NAME(inverse_batch)(COUNT, &batch[0][0], 16, 1, &solutions[0][0], BRANCHES * DOF, &valid[0][0], BRANCHES, 0);
-    take(&solutions[0][0], COUNT * BRANCHES * DOF);
-    take(&valid[0][0], COUNT * BRANCHES);
+    NAME(inverse_batch)(COUNT, &batch[0][0], 16, 1, &solutions[0][0][0], BRANCHES * DOF, &valid[0][0], BRANCHES, 0);
+    take(&solutions[0][0][0], COUNT * BRANCHES * DOF);
+    take_truths(&valid[0][0], COUNT * BRANCHES);
 
     int bad = 0;
     const volatile REAL zero = 0;

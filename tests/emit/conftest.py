@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 from kinegen.emit.reals import Real
 from tests.emit.emitted import NAMES, SMALL, texts
+from tests.folders import folders
 
 
 @pytest.fixture(scope="session")
 def folder_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """The folder of a robot's files; tests write only beside it."""
-    root = tmp_path_factory.mktemp("emitted")
-
-    @cache
-    def folder(name: str) -> Path:
-        (root / name).mkdir()
-        for file, text in texts(name).items():
-            (root / name / file).write_text(text, encoding="utf-8", newline="\n")
-        return root / name
-
-    return folder
+    return folders(tmp_path_factory.mktemp("emitted"), texts)
 
 
 @pytest.fixture(params=NAMES)

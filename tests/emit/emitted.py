@@ -13,10 +13,10 @@ from kinegen.emit.c.expected import Vectors
 from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
 from kinegen.outputs import NUMERIC_INVERSE, USUAL, Quantity, with_needed
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.vectors import compute_vectors

@@ -14,6 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import emit_package
 from kinegen.emit.reals import Real
+from kinegen.formats.load import loads
 from kinegen.ir.program import (
     AngleSum,
     Constant,
@@ -25,7 +26,6 @@ from kinegen.ir.program import (
     Variable,
 )
 from kinegen.outputs import Array, Quantity, Signature
-from kinegen.robot.load import loads
 from tests.signatures import positions
 
 ROBOT = loads(

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import lower_file
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.vectors import emit_vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.naming import prefix
 from kinegen.outputs import parse_quantity
+from kinegen.pipeline import lower_file
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import write_robot
 from tests.emit.emitted import COMPILERS, ROBOTS, run

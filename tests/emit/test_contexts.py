@@ -13,9 +13,12 @@ import pytest
 from jinja2 import meta, nodes
 
 from kinegen.emit.c import batch, kernel, numeric_inverse, vectors
+from kinegen.emit.cpp import header as cpp_header
+from kinegen.emit.cpp import vectors as cpp_vectors
 from kinegen.emit.environment import environment
-from kinegen.emit.javascript import functions, module
-from kinegen.emit.python import formula, package
+from kinegen.emit.javascript import functions, module, wasm
+from kinegen.emit.javascript import vectors as javascript_vectors
+from kinegen.emit.python import formula, package, stub
 from kinegen.emit.reals import Real
 from tests.emit import emitted
 
@@ -29,9 +32,17 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/selftest.c.jinja": {"k": vectors.VectorContext},
     "c/numeric_inverse.h.jinja": {"k": numeric_inverse.SolverContext},
     "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
+    "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},
+    "cpp/CMakeLists.txt.jinja": {"k": cpp_header.HeaderContext},
+    "cpp/driver.cpp.jinja": {"k": cpp_header.HeaderContext},
+    "cpp/vectors.cpp.jinja": {"k": cpp_vectors.TestContext},
     "javascript/module.js.jinja": {"k": module.ModuleContext},
     "javascript/module.d.ts.jinja": {"k": module.ModuleContext},
     "javascript/driver.mjs.jinja": {},
+    "javascript/test.mjs.jinja": {"k": javascript_vectors.TestContext},
+    "javascript/wasm.js.jinja": {"k": wasm.WasmContext},
+    "javascript/wasm.d.ts.jinja": {"k": wasm.WasmContext},
+    "python/__init__.pyi.jinja": {"s": stub.StubContext},
     "python/__init__.py.jinja": {"k": package.PackageContext},
     "python/_numpy.py.jinja": {"k": formula.FormulaContext},
 }
@@ -52,8 +63,8 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 HANDED_ON = {"kernel", "name", "stored", "function", "prototype"}
 """Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
-STRINGS = {"prefix", "qualifier"}
-"""Variables besides the records: the templates of functions take them."""
+STRINGS = {"prefix", "qualifier", "imports"}
+"""Variables besides the records: the templates of functions take them, and that of types takes its imports."""
 
 FUNCTIONS = [name for name in environment().list_templates() if re.fullmatch(r"c/_\w+_f(?:32|64)\.c\.jinja", name)]
 """The templates of functions, one for each number type, that are included by names made of the number type."""
@@ -108,7 +119,9 @@ def names_of(record: Any) -> set[str]:
 
 
 def test_every_template_is_rendered_or_included() -> None:
-    rendered = {name for name in environment().list_templates() if name.startswith(("c/", "javascript/", "python/"))}
+    rendered = {
+        name for name in environment().list_templates() if name.startswith(("c/", "cpp/", "javascript/", "python/"))
+    }
     used = {
         name
         for template in RENDERED
@@ -157,18 +170,20 @@ def test_every_field_of_a_record_is_read_by_some_template_or_emitter(record: Any
 def test_templates_lay_out_and_do_not_decide() -> None:
     """No arithmetic, no sorting, no test of a type."""
     for name in environment().list_templates():
-        forbidden = (nodes.Sub, nodes.Mul, nodes.Div, nodes.FloorDiv, nodes.Mod, nodes.Pow)
+        forbidden = (nodes.Sub, nodes.Mul, nodes.Div, nodes.FloorDiv, nodes.Mod, nodes.Pow, nodes.Slice)
         found = [type(node).__name__ for kind in forbidden for node in tree(name).find_all(kind)]
+        sums = [part for node in tree(name).find_all(nodes.Add) for part in (node.left, node.right)]
+        found += [str(part.value) for part in sums if isinstance(part, nodes.Const) and not isinstance(part.value, str)]
         filters = {node.name for node in tree(name).find_all(nodes.Filter)}
         tests = {node.name for node in tree(name).find_all(nodes.Test)}
 
         assert found == [], name
-        assert filters <= {"upper", "lower", "length", "indent", "join", "map", "list", "wordwrap"}, name
+        assert filters <= {"upper", "lower", "length", "indent", "join", "map", "list", "wordwrap", "sentence"}, name
         assert tests <= {"defined", "none"}, name
 
 
 def test_every_template_says_what_it_needs() -> None:
-    for name in environment().list_templates():
+    for name in environment().list_templates(["jinja"]):
         loader = environment().loader
         assert loader
         text = loader.get_source(environment(), name)[0]

@@ -15,11 +15,11 @@ from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program
 from kinegen.naming import prefix
 from kinegen.outputs import NUMERIC_INVERSE, Kind, every_quantity
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.vectors import compute_vectors
@@ -116,7 +116,10 @@ def test_a_wrong_inverse_does_not_pass(tmp_path: Path) -> None:
     source = texts("scara")["scara.c"]
     head, _, body = source.partition("void scara_inverse(")
     for changed, told in (
-        (re.sub(r"solutions\[(\d+)\] = ", r"solutions[\1] = 0.001 + ", body), r"within 0\.001, .*: FAILED"),
+        (
+            re.sub(r"solutions\[(\d+)\]\[(\d+)\] = ", r"solutions[\1][\2] = 0.001 + ", body),
+            r"within 0\.001, .*: FAILED",
+        ),
         (re.sub(r"valid\[(\d+)\] = .*;", r"valid[\1] = 0;", body), r"within -1, .*: FAILED"),
     ):
         (tmp_path / "scara.c").write_text(f"{head}void scara_inverse({changed}", encoding="utf-8")

@@ -13,9 +13,9 @@ import pytest
 from kinegen.emit.kernels import joint_lines
 from kinegen.emit.limits import joint_limits
 from kinegen.emit.reals import Real
+from kinegen.formats.load import load, loads
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
-from kinegen.robot.load import load, loads
 from tests.builds.workshop import make, set_machine, write_robot
 
 ARM = """\

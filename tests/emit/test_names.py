@@ -10,9 +10,9 @@ from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Quantity, parse_quantity
-from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 
 ARM = loads(
@@ -27,6 +27,8 @@ joints:
 frames:
   jacobian: {parent: one}
   batch: {parent: one}
+  run: {parent: one}
+  forms: {parent: one}
   local_elbow: {parent: one}
   elbow: {parent: two}
 """,
@@ -45,6 +47,8 @@ def kernels(*outputs: str) -> Kernels:
         (("fk_jacobian", "pose@jacobian"), "fk_jacobian"),
         (("jacobian_local@elbow", "jacobian@local_elbow"), "jacobian_local_elbow"),
         (("pose", "pose@batch"), "fk_batch"),
+        (("pose", "pose@run"), "fk_run"),
+        (("pose", "pose@forms"), "fk_forms"),
     ],
 )
 def test_outputs_whose_functions_would_share_a_name_are_refused(outputs: tuple[str, ...], name: str) -> None:

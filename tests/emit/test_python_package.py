@@ -15,9 +15,9 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.python.package import RUNTIME, emit_package
 from kinegen.emit.reals import Real
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import USUAL
-from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 from tests.emit.emitted import NAMES, ROOT, kernels, robot, texts
 
@@ -116,6 +116,7 @@ def test_generated_modules_are_strictly_typed(generated: Path, tmp_path: Path) -
     user = generated.parent / "user.py"
     user.write_text(
         """
+from collections.abc import Callable
 from typing import Any, assert_type
 
 import numpy as np
@@ -129,6 +130,9 @@ assert_type(calibrated_2r.fk(q, params=calibrated_2r.Params(L1=0.5), threads=2),
 assert_type(calibrated_2r.LIMITS, tuple[tuple[float, float] | None, ...])
 assert_type(hand.TIPS, tuple[str, ...])
 assert_type(hand.DOF, int)
+assert_type(calibrated_2r.fk.bind(q, q), Callable[[], object])
+assert_type(hand.fk.by_name(q)["thumb_tip"], NDArray[np.floating[Any]])
+calibrated_2r.fk(q=q, layout="3x4")
 names: tuple[str, ...] = hand.JOINTS + hand.FRAMES
 """,
         encoding="utf-8",
@@ -145,6 +149,34 @@ names: tuple[str, ...] = hand.JOINTS + hand.FRAMES
     )
 
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("call", "error"),
+    [
+        ("hand.fk(q, q)", "Too many positional arguments"),
+        ("hand.fk()", 'Missing positional argument "q"'),
+        ("hand.fk(q, treads=2)", 'Unexpected keyword argument "treads"'),
+        ("hand.fk(q, params=None)", 'Unexpected keyword argument "params"'),
+        ("hand.position(q, layout='3x4')", 'Argument "layout"'),
+        ("calibrated_2r.fk(q, params=0.5)", 'Argument "params"'),
+    ],
+)
+def test_a_wrong_argument_is_a_type_error(call: str, error: str, generated: Path, tmp_path: Path) -> None:
+    user = tmp_path / "wrong.py"
+    user.write_text(f"import numpy as np\nimport hand, calibrated_2r\nq = np.zeros(17)\n{call}\n", encoding="utf-8")
+    options = ["--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "generated"), "--config-file", os.devnull]
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *options, user],
+        cwd=tmp_path,
+        env=os.environ | {"MYPYPATH": str(generated)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert done.returncode == 1
+    assert f"wrong.py:4: error: {error}" in done.stdout
 
 
 @pytest.mark.parametrize("arm", [*NAMES, "odd"])

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import lower_file
 from kinegen.emit.c.constants import named_constants
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sections import sections
 from kinegen.outputs import USUAL, parse_quantity
+from kinegen.pipeline import lower_file
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 

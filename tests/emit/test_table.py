@@ -12,11 +12,11 @@ from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.table import command_line, table_lines, table_title
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import USUAL, parse_quantity
 from kinegen.robot.calibrated import calibrated
 from kinegen.robot.expressions import text_names
-from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 from tests.robot.files import robot
 

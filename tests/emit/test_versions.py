@@ -15,10 +15,10 @@ from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import RobotFileError
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import POSE_AND_JACOBIAN, USUAL
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 

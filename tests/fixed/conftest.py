@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 from tests.fixed.kernels import NAMES, texts
+from tests.folders import folders
 
 
 @pytest.fixture(scope="session")
 def folder_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """The folder of a robot's files; tests write only beside it."""
-    root = tmp_path_factory.mktemp("integers")
-
-    @cache
-    def folder(name: str) -> Path:
-        (root / name).mkdir()
-        for file, text in texts(name).items():
-            (root / name / file).write_text(text, encoding="utf-8", newline="\n")
-        return root / name
-
-    return folder
+    return folders(tmp_path_factory.mktemp("integers"), texts)
 
 
 @pytest.fixture(params=NAMES)

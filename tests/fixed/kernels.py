@@ -12,9 +12,9 @@ from kinegen.emit.fixed.kernel import emit_fixed
 from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
 from kinegen.emit.fixed.vectors import emit_fixed_vectors
 from kinegen.emit.kernels import Kernels
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import USUAL
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.integer_vectors import fixed_vectors

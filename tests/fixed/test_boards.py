@@ -12,9 +12,8 @@ from kinegen.boards.cost import better, measure
 from kinegen.boards.emulator import run_program
 from kinegen.boards.targets import STRICT, TARGETS, Target
 from kinegen.boards.toolchain import SOURCES, compile_object, link
-from kinegen.emit.fixed import Q30
 from kinegen.emit.reals import Real
-from kinegen.naming import c_file, prefix
+from kinegen.naming import Q30, c_file, prefix
 from kinegen.outputs import USUAL, Quantity
 from tests.boards.conftest import kernels, require
 from tests.fixed.kernels import SPLIT, fixed, run, texts

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.fixed import Q30
 from kinegen.emit.reals import Real
-from kinegen.naming import c_file
+from kinegen.naming import Q30, c_file
 from tests.emit.emitted import STRICT
 from tests.fixed.kernels import COMPILERS, SPLIT, fixed, run, texts
 

@@ -11,13 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from kinegen import reference
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import emit_fixed
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.errors import KinegenError
 from kinegen.ir.fixed.program import FixedProgram
 from kinegen.ir.fixed.turns import TURN
-from kinegen.naming import c_file, function
+from kinegen.naming import Q30, c_file, function
 from kinegen.outputs import Quantity
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.known import quantity_frames

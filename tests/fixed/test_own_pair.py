@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
-from kinegen.naming import c_file
+from kinegen.naming import Q30, c_file
 from kinegen.native.compiler import Compiler
 from kinegen.outputs import Quantity
+from kinegen.verify.coarse import WORST
 from kinegen.verify.fixed import IntegerLibrary, compile_integers
 from kinegen.verify.integers import integer_samples, unit
 from tests.fixed.kernels import COMPILERS, SPLIT, UNDEFINED, fixed, run, texts
@@ -24,25 +24,6 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "firmware.md"
 
-WORST = """
-#include <math.h>
-#include <stdint.h>
-
-/* As far off as is allowed, to one side or the other by a hash of the angle. */
-static inline int32_t board_off(double exact, uint32_t angle, uint32_t bit)
-{
-    const uint32_t mixed = (angle ^ (angle >> 15)) * 2654435761u;
-    const double step = ldexp(1.0, 30 - BITS);
-    return (int32_t)floor(ldexp(exact, 30) + ((((mixed >> bit) & 1u) != 0u) ? step - 0.5 : 0.5 - step) + 0.5);
-}
-
-static inline void board_sincos(uint32_t angle, int32_t *s, int32_t *c)
-{
-    const double radians = (double)angle * 1.4629180792671596e-9;
-    *s = board_off(sin(radians), angle, 31u);
-    *c = board_off(cos(radians), angle, 30u);
-}
-"""
 CORDIC = """
 #include <math.h>
 #include <stdint.h>

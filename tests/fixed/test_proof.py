@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import build as building
-from kinegen.build import build
-from kinegen.emit.fixed import Q30
+from kinegen import pipeline as building
+from kinegen.emit.files import emit_integers
+from kinegen.emit.fixed.vectors import FixedVectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError, ProofError
 from kinegen.ir.fixed.program import Operation
-from kinegen.naming import c_file
+from kinegen.naming import Q30, c_file
 from kinegen.native.compiler import Compiler
 from kinegen.outputs import USUAL, Quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions
 from kinegen.verify.fixed import compile_integers, prove_fixed
-from kinegen.verify.integer_vectors import IntegerKernels, emit_integers
 from kinegen.verify.integers import integer_samples
 from tests.fixed import machine
 from tests.fixed.kernels import COMPILERS, ROBOTS, SPLIT, UNDEFINED, fixed, run, texts
@@ -69,7 +69,7 @@ def test_the_compiled_code_computes_what_c_says(name: str, tmp_path: Path) -> No
 
 def test_errors_are_below_the_bounds_and_not_far_below(name: str) -> None:
     kernels = fixed(name)
-    turns = any(each.operation is Operation.SINCOS for each in kernels.programs[0].statements)
+    turns = any(each.operator is Operation.SINCOS for each in kernels.programs[0].statements)
     proof = prove_fixed(kernels, texts(name))
 
     assert [comparison.quantity for comparison in proof.comparisons] == list(USUAL)
@@ -151,12 +151,11 @@ def test_a_build_writes_and_proves_them_beside_the_others(tmp_path: Path) -> Non
 
 
 def test_a_build_with_a_broken_kernel_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(kernels: Kernels) -> IntegerKernels:
-        found = emit_integers(kernels)
-        source = found.files["puma560_q30.c"].replace("(uint32_t)q[0]", "(uint32_t)q[1]", 1)
-        return IntegerKernels(found.fixed, {**found.files, "puma560_q30.c": source})
+    def broken(kernels: Kernels, vectors: FixedVectors) -> dict[str, str]:
+        found = emit_integers(kernels, vectors)
+        return {**found, "puma560_q30.c": found["puma560_q30.c"].replace("(uint32_t)q[0]", "(uint32_t)q[1]", 1)}
 
-    monkeypatch.setattr(building, "emit_integers", broken)
+    monkeypatch.setattr("kinegen.texts.emit_integers", broken)
     with pytest.raises(ProofError, match="C q30 position differs"):
         build(PUMA, options(tmp_path / "out"), lambda _: None)
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import emit_fixed
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load
 from kinegen.ir.fixed.kinds import find_kinds
 from kinegen.ir.fixed.plan import plan_fixed
 from kinegen.ir.fixed.program import LARGEST, Integer, Operation, Scales
@@ -18,9 +18,8 @@ from kinegen.ir.fixed.rounding import above, nearest_integer
 from kinegen.ir.fixed.turns import PI, binary_angle
 from kinegen.ir.fixed.writer import write_statements
 from kinegen.ir.lower import lower
-from kinegen.naming import c_file
+from kinegen.naming import Q30, c_file
 from kinegen.outputs import Quantity, parse_quantity
-from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 from tests.fixed import machine
 from tests.fixed.kernels import ROBOTS, arm, fixed, planned
@@ -70,7 +69,7 @@ def test_a_stroke_may_be_any_integer() -> None:
 
     assert kernels.scales.stroke > kernels.scales.length
     assert 2.0 ** (31 - kernels.scales.stroke) >= 1.0
-    assert any(each.operation is Operation.ROUND for each in kernels.programs[0].statements)
+    assert any(each.operator is Operation.ROUND for each in kernels.programs[0].statements)
 
 
 def test_a_stroke_that_is_tiny_beside_the_reach_gets_no_needless_bits() -> None:
@@ -118,7 +117,7 @@ def test_links_of_length_one_vanish_from_products_and_are_lengths_all_the_same()
 
 def test_whole_multiples_of_angles_wrap() -> None:
     kernels = planned(arm("joints: [{name: j1, theta: -3*q + 90, d: 0, a: 1, alpha: 0}]"))
-    operations = {each.operation: each for each in kernels.programs[0].statements}
+    operations = {each.operator: each for each in kernels.programs[0].statements}
 
     assert operations[Operation.TURN_TIMES].operands[1] in (Integer(3), Integer(2**32 - 3))
 
@@ -130,7 +129,7 @@ def test_part_of_an_angle_is_taken_where_its_limits_make_it_clear() -> None:
     )
     kernels = planned(arm(rows))
 
-    assert any(each.operation is Operation.TURN_PART for each in kernels.programs[0].statements)
+    assert any(each.operator is Operation.TURN_PART for each in kernels.programs[0].statements)
 
 
 LIFT = (

@@ -13,10 +13,9 @@ import pytest
 
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.environment import environment
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import emit_fixed, fixed_context
 from kinegen.emit.reals import Real
-from kinegen.naming import c_file
+from kinegen.naming import Q30, c_file
 from tests.fixed.kernels import ROBOTS, arm, fixed, planned, texts
 
 ROOT = ROBOTS.parent

@@ -1,15 +1,8 @@
-"""The same cache for all builds of these tests, which shares what was compiled and proven."""
-
-from __future__ import annotations
-
-from pathlib import Path
+"""The tests of languages share one cache of compiled and proven packages, and take no tools from the machine."""
 
 import pytest
 
-from tests.builds.workshop import set_machine
-
 
 @pytest.fixture(autouse=True)
-def _machine(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    set_machine(monkeypatch, tmp_path_factory.getbasetemp() / "user-cache")
-    Path(tmp_path_factory.getbasetemp() / "user-cache").mkdir(exist_ok=True)
+def _machine(machine: None) -> None:
+    """Asks for the shared fixture in every test of this folder."""

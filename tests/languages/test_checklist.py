@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -10,16 +12,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import build as builds
+from kinegen import texts
+from kinegen.cli import main
 from kinegen.emit import languages
 from kinegen.emit.javascript.syntax import SYNTAX as JAVASCRIPT_SYNTAX
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.language import Language
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.emit.languages import LANGUAGES, emit_language, kept
 from kinegen.emit.printing import Printer, Syntax
-from kinegen.errors import ProofError
+from kinegen.errors import KinegenError, ProofError
+from kinegen.ir.fixed.program import Operation
 from kinegen.ir.program import Operator
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import Kind, Quantity, parse_quantity
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.floats import FLOATS
 from kinegen.verify import languages as judge
@@ -28,7 +32,8 @@ from tests.builds.workshop import ROBOTS, make
 from tests.emit.emitted import kernels
 from tests.emit.handwritten import POSITION
 
-PAGES = Path(__file__).resolve().parents[2] / "docs"
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = ROOT / "docs"
 
 # The toy: Python that evaluates one configuration, its sine and cosine read off the text of JavaScript's.
 TOY = Syntax(
@@ -42,7 +47,7 @@ TOY = Syntax(
 )
 
 
-def toy_files(given: Kernels) -> dict[str, str]:
+def toy_files(given: Kernels, _real: str = "double") -> dict[str, str]:
     text = next(text for path, text in emit_language(given, LANGUAGES["javascript"]).items() if path.endswith(".js"))
     pair = re.search(r"function sincos\(x\) \{(.*?)\n\}", text, re.DOTALL)
     lines = re.findall(r"const (.*);", pair[1]) if pair else []
@@ -62,15 +67,18 @@ class ToyCall:
         self.given, self.functions = given, dict[str, Any]()
         exec((folder / "toy.py").read_text(), self.functions)  # noqa: S102 - the toy itself
 
-    def __call__(self, program: Any, inputs: Any, _parameters: Any, *, is_batch: bool) -> Any:
+    def __call__(self, program: Any, inputs: Any, _parameters: Any, *, real: str, is_batch: bool) -> Any:
         """Evaluate a pose; batches are evaluated one by one."""
-        del is_batch
+        del real, is_batch
         function = self.functions[program.quantity.function]
         with np.errstate(all="ignore"):
             rows = [function(list(map(np.float64, q)), [0.0] * len(program.outputs)) for q in inputs[0]]
         found = np.array(rows).reshape(len(rows), 3, 4)
         last = np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(rows), 1, 4))
         return (np.concatenate([found, last], axis=1),)
+
+    def others(self, _name: str, _inputs: Any, *, real: str) -> None:
+        """The toy has nothing else."""
 
     def tables(self) -> dict[str, Any]:
         """What the toy says of the robot."""
@@ -93,10 +101,20 @@ def toy_refuses(quantity: Quantity) -> str:
 
 @pytest.fixture
 def toy(monkeypatch: pytest.MonkeyPatch) -> Language:
-    language = Language("toy", "Toy", toy_refuses, toy_files, ("sh",), "a shell")
+    language = Language(
+        name="toy",
+        title="Toy",
+        reals=("double",),
+        syntax=lambda _real: TOY,
+        files=toy_files,
+        refuses=toy_refuses,
+        tools=("sh",),
+        install="a shell",
+        reserved=frozenset({"ur5"}),
+    )
     table = MappingProxyType({**LANGUAGES, "toy": language})
     monkeypatch.setattr(languages, "LANGUAGES", table)
-    monkeypatch.setattr(builds, "LANGUAGES", table)
+    monkeypatch.setattr(texts, "LANGUAGES", table)
     monkeypatch.setattr(judge, "LANGUAGES", table)
     monkeypatch.setattr(judge, "RUNNERS", {**RUNNERS, "toy": ToyCall})
     return language
@@ -113,7 +131,7 @@ def test_a_toy_language_is_built_and_proven(toy: Language, tmp_path: Path) -> No
 
 
 def test_a_wrong_toy_is_refused(toy: Language, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(builds, "emit_languages", lambda *_: {"toy/toy.py": toy_files(kernels("ur5"))["toy.py"]})
+    monkeypatch.setattr(texts, "emit_languages", lambda *_: {"toy/toy.py": toy_files(kernels("ur5"))["toy.py"]})
 
     with pytest.raises(ProofError, match="Toy double"):
         make(ROBOTS / "puma560.yaml", tmp_path, languages=(toy.name,))
@@ -121,16 +139,88 @@ def test_a_wrong_toy_is_refused(toy: Language, tmp_path: Path, monkeypatch: pyte
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", LANGUAGES)
-def test_every_language_has_a_runner_and_a_page(name: str) -> None:
-    assert name in RUNNERS
+def test_words_of_a_language_are_refused_where_it_is_asked_for(toy: Language) -> None:
+    with pytest.raises(KinegenError, match="robot name 'ur5' is a word of Toy; rename it or leave Toy out"):
+        emit_language(kernels("ur5"), toy)
+    assert emit_language(kernels("ur5"), LANGUAGES["javascript"])
+
+
+EXTRA = [name for name, language in LANGUAGES.items() if language.is_extra]
+
+
+def test_the_table_has_all_languages() -> None:
+    assert set(LANGUAGES) == {"c", "python", "q30", "javascript", "cpp", "rust"}
+    assert set(RUNNERS) == set(EXTRA) == {"javascript", "cpp", "rust"}
+
+
+@pytest.mark.parametrize("name", EXTRA)
+def test_every_extra_language_has_a_page(name: str) -> None:
     assert (PAGES / f"{name}.md").exists()
-    assert LANGUAGES[name].name == name
-    assert all(LANGUAGES[name].refuses(quantity) == "" for quantity in (Quantity.POSE, Quantity.FRAMES))
 
 
-def test_a_syntax_has_a_form_for_every_operator() -> None:
-    assert set(JAVASCRIPT_SYNTAX.forms) == set(Operator) - {Operator.SINCOS}
+@pytest.mark.parametrize("name", LANGUAGES)
+def test_every_language_prints_poses_and_says_what_it_refuses(name: str) -> None:
+    language = LANGUAGES[name]
+    given = kernels("puma560", (Quantity.POSE, Quantity.POSITION))
+
+    assert language.name == name
+    assert all(language.refuses(quantity) == "" for quantity in (Quantity.POSE, Quantity.FRAMES))
+    assert language.tools
+    assert language.install
+    for real in language.reals:
+        files = language.files(given, real)
+        assert any("puma560" in text for text in files.values())
+        assert not any(file.startswith("/") or ".." in file for file in files)
+
+
+@pytest.mark.parametrize(("name", "real"), [(name, real) for name in LANGUAGES for real in LANGUAGES[name].reals])
+def test_a_syntax_has_a_form_for_every_operator(name: str, real: str) -> None:
+    forms = set(LANGUAGES[name].syntax(real).forms)
+    (operators,) = {type(operator) for operator in forms}
+
+    assert operators in (Operator, Operation)
+    assert forms == set(operators) - {operators.SINCOS}
+
+
+def test_integers_refuse_what_they_cannot_compute() -> None:
+    reason = LANGUAGES["q30"].refuses(parse_quantity("inverse"))
+
+    assert reason == "q30 kernels compute pose, frames and position, not inverse"
+    assert [
+        each.quantity for each in kept(kernels("puma560", (parse_quantity("inverse"),)), LANGUAGES["q30"]).programs
+    ] == []
+
+
+def test_the_help_of_a_build_lists_the_extra_languages(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["build", "--help"]) == 0
+
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"each in its own folder: {', '.join(EXTRA)}." in text
+
+
+def test_the_table_is_read_without_what_prints_the_files() -> None:
+    """So that help appears at once."""
+    code = "import sys, kinegen.emit.languages; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+
+    parts = ("kinegen.ir", "kinegen.robot", "kinegen.emit.kernels", "numpy", "sympy", "jinja2")
+    assert [name for name in done.stdout.split() if name.startswith(parts)] == []
+
+
+def outside_of(name: str) -> list[str]:
+    """The modules outside the folders of a language that name it, without those of the viewer, whose pages use it."""
+    found = []
+    for path in sorted((ROOT / "kinegen").rglob("*.py")):
+        place = path.relative_to(ROOT / "kinegen").as_posix()
+        own = place.startswith((f"emit/{name}/", "viewer/", "cli/view")) or place == f"verify/runners/{name}.py"
+        if not own and re.search(rf"(?<![-\w/.])(run_)?{name}\b(?!-)", path.read_text(encoding="utf-8"), re.IGNORECASE):
+            found.append(place)
+    return found
+
+
+@pytest.mark.parametrize("name", EXTRA)
+def test_a_language_is_named_in_two_lines_outside_its_folders(name: str) -> None:
+    assert outside_of(name) == ["emit/languages.py", "verify/runners/__init__.py"]
 
 
 def test_an_operator_without_a_form_is_an_error() -> None:

@@ -31,7 +31,7 @@ def test_a_language_has_a_folder_and_rows_in_the_proof(
     printed = build(arm, tmp_path, capsys, "--languages", "c,python,javascript")
     again = build(arm, tmp_path, capsys, "--languages", "javascript")
 
-    assert {path.name for path in (tmp_path / "arm" / "javascript").iterdir()} == {"arm.js", "arm.d.ts", "package.json"}
+    assert {"arm.js", "arm.d.ts", "package.json"} < {path.name for path in (tmp_path / "arm" / "javascript").iterdir()}
     assert "JavaScript double, other parameters" in printed
     assert "compare" in again
     listed = json.loads((tmp_path / "arm" / "kinegen-manifest.json").read_text())["files"]
@@ -45,7 +45,8 @@ def test_a_build_without_a_language_takes_its_files_away(
     (tmp_path / "arm" / "javascript" / "mine.js").write_text("// of the user\n")
     build(arm, tmp_path, capsys, "--no-compile")
 
-    assert [path.name for path in (tmp_path / "arm" / "javascript").iterdir()] == ["mine.js"]
+    left = (tmp_path / "arm" / "javascript").rglob("*")
+    assert [path.name for path in left if path.is_file()] == ["mine.js"]
 
 
 @pytest.mark.parametrize(("hidden", "reason"), [("compiler", "takes a C compiler"), ("node", "takes Node.js")])
@@ -68,7 +69,7 @@ def test_what_is_not_proven_says_so(
 
 def test_an_unknown_language_is_refused(arm: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["build", arm, "--languages", "javascript,cobol"]) == 2
-    assert "unknown language 'cobol' (expected c, python, javascript)" in capsys.readouterr().err
+    assert "unknown language 'cobol' (expected c, python, javascript, cpp, rust)" in capsys.readouterr().err
 
 
 def test_packages_of_firmware_have_c_alone(arm: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import subprocess
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from kinegen.emit.javascript.wasm import batched, compile_command, emit_wasm
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.languages import LANGUAGES, emit_language
 from kinegen.errors import KinegenError
@@ -18,11 +20,12 @@ from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import NUMERIC_INVERSE, Kind, every_quantity, parse_quantity
 from kinegen.symbolic.derive import derive
 from kinegen.verify.languages import prove_language
-from tests.emit.emitted import kernels, robot, run
+from tests.emit.emitted import kernels, robot, run, vectors
 from tests.emit.handwritten import KERNELS
 
 NODE = shutil.which("node") or ""
 JAVASCRIPT = LANGUAGES["javascript"]
+needs_clang = pytest.mark.skipif(not all(map(shutil.which, ("clang", "wasm-ld"))), reason="needs clang and lld")
 needs_node = pytest.mark.skipif(not NODE, reason="needs Node.js (Debian: apt-get install nodejs)")
 
 WHOLE = ("blocks", "calibrated_2r", "differential_wrist", "hand", "palletiser", "puma560", "scara", "screw")
@@ -34,13 +37,15 @@ OUTPUTS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "inverse"))
 @cache
 def files(name: str) -> dict[str, str]:
     """The files of a robot, without their folder."""
-    emitted = emit_language(kernels(name, OUTPUTS if name == "puma560" else OUTPUTS[:1]), JAVASCRIPT)
+    wanted = OUTPUTS if name == "puma560" else OUTPUTS[:1]
+    emitted = emit_language(kernels(name, wanted), JAVASCRIPT, vectors(name, wanted))
     return {path.partition("/")[2]: text for path, text in emitted.items()}
 
 
 def evaluate(name: str, folder: Path, code: str) -> Any:
     """What a script prints, in which `robot` is the module of a robot."""
     for file, text in files(name).items():
+        (folder / file).parent.mkdir(exist_ok=True)
         (folder / file).write_text(text, encoding="utf-8")
     script = folder / "script.mjs"
     script.write_text(f'import * as robot from "./{name}.js";\n{code}\n', encoding="utf-8")
@@ -129,7 +134,75 @@ def test_the_folder_is_a_package(name: str) -> None:
     document = json.loads(files(name)["package.json"])
 
     assert (document["name"], document["type"], document["license"]) == (name, "module", "0BSD")
-    assert set(document["files"]) | {"package.json"} == set(files(name))
+    written = {file for file in files(name) if "/" not in file}
+    assert set(document["files"]) | {"package.json", "test.mjs"} == written | {f"{name}.wasm"}
+
+
+LOADED = """
+    const { load } = await import("./puma560_wasm.js");
+    const loaded = await load(), q = Float64Array.from({ length: 3000 * 6 }, (_, i) => Math.sin(i));
+    q[7] = NaN;
+    const same = (a, b) => a.length === b.length && a.every((x, i) => Object.is(x, b[i]) || x === b[i]);
+    const out = new Float64Array(3000 * 16), plain = Array.from(q), T = robot.fk_batch(q);
+    const both = [loaded.fk_jacobian_batch(q), robot.fk_jacobian_batch(q)], solved = loaded.inverse_batch(T);
+    let refused = "";
+    try { loaded.fk_batch([1, 2]); } catch (error) { refused = error.message; }
+    console.log(JSON.stringify([loaded.isWasm, loaded.fk_batch(q, out) === out && same(out, T),
+        same(loaded.fk_batch(plain), T), both[0].every((array, i) => same(array, both[1][i])),
+        same(solved[1], robot.inverse_batch(T)[1]), loaded.fk_batch([]).length, refused, loaded.fk === robot.fk]));
+"""
+REFUSED = "fk_batch: q has 2 numbers; it takes a multiple of 6"
+
+
+@needs_node
+def test_without_webassembly_the_loader_falls_back(tmp_path: Path) -> None:
+    assert evaluate("puma560", tmp_path, LOADED) == [False, True, True, True, True, 0, REFUSED, True]
+
+
+@needs_node
+@needs_clang
+def test_webassembly_gives_the_bits_of_javascript(tmp_path: Path) -> None:
+    evaluate("puma560", tmp_path, "console.log(0);")  # lays out the files
+    subprocess.run(json.loads(files("puma560")["package.json"])["scripts"]["wasm"].split(), cwd=tmp_path, check=True)
+
+    assert evaluate("puma560", tmp_path, LOADED) == [True, True, True, True, True, 0, REFUSED, True]
+
+
+@needs_clang
+@pytest.mark.parametrize(("name", "outputs"), [("hand", "fk_jacobian"), ("puma560", "inverse")])
+def test_the_stack_of_webassembly_holds_what_clang_puts_there(name: str, outputs: str, tmp_path: Path) -> None:
+    """A page, the linker's choice, was too small for a hand's Hessian."""
+    given = kernels(name, (parse_quantity(outputs),))
+    for path, text in emit_wasm(given).items():
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_text(text, encoding="utf-8")
+    command = compile_command(given)
+    subprocess.run([*command.split(), "-fstack-usage"], cwd=tmp_path, check=True)
+    usage = "".join(path.read_text(encoding="utf-8") for path in tmp_path.glob("*.su"))
+    frames = sorted(int(line.split("\t")[1]) for line in usage.splitlines())
+
+    assert 0 < sum(frames[-2:]) < int(command.split("stack-size=")[1].split()[0])
+
+
+def test_a_batch_with_thousands_of_results_stays_in_javascript() -> None:
+    """clang would take minutes for its WebAssembly."""
+    hessian, jacobian = (kernels("hand", (parse_quantity(name),)) for name in ("hessian", "jacobian"))
+
+    assert [program.quantity.function for program in batched(jacobian)] == ["jacobian"]
+    assert not batched(hessian)
+    assert not emit_wasm(hessian)
+    assert "hessian_batch" in emit_language(hessian, JAVASCRIPT)["javascript/hand.js"]
+
+
+@needs_node
+def test_the_package_tests_itself(tmp_path: Path) -> None:
+    evaluate("calibrated_2r", tmp_path, "console.log(0);")  # lays out the files
+    run([NODE, "--test", str(tmp_path / "test.mjs")])
+    text = (tmp_path / "calibrated_2r.js").read_text(encoding="utf-8")
+    (tmp_path / "calibrated_2r.js").write_text(text.replace(" + t", " - t"), encoding="utf-8")
+    done = subprocess.run([NODE, "--test", str(tmp_path / "test.mjs")], capture_output=True, check=False)
+
+    assert done.returncode
 
 
 def test_every_operator_is_printed() -> None:

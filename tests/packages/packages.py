@@ -15,10 +15,10 @@ import pytest
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
+from kinegen.naming import Q30
 from kinegen.write import write_files
 from tests.emit.emitted import kernels, texts, vectors
 from tests.fixed.kernels import fixed

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
+from kinegen.naming import Q30
 from tests.packages.packages import (
     INTEGERS,
     ROBOTS,

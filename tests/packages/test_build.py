@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from kinegen.cli import main
-from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from kinegen.manifest import MANIFEST
+from kinegen.naming import Q30
 from tests.emit.emitted import ROOT
 from tests.packages.packages import project
 

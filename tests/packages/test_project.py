@@ -11,13 +11,12 @@ import pytest
 import yaml
 
 from kinegen.emit.environment import environment, template_folder
-from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.packages.layout import LAYOUTS
 from kinegen.emit.packages.project import emit_project
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
-from kinegen.naming import prefix
+from kinegen.naming import Q30, prefix
 from kinegen.robot.extent import joint_box
 from tests.emit.emitted import ROOT, kernels, texts, vectors
 from tests.fixed.kernels import texts as integer_texts

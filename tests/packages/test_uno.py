@@ -12,9 +12,9 @@ import pytest
 
 from kinegen.boards.emulator import run_program
 from kinegen.boards.targets import TARGETS
-from kinegen.emit.fixed import Q30
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
+from kinegen.naming import Q30
 from tests.packages.packages import STUBS, example_pose, last_rows, need, run, write_package
 
 pytestmark = pytest.mark.boards

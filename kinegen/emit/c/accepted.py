@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from kinegen.emit.accuracy import NUMBER_TYPES
+from kinegen.emit.accuracy import NUMBER_TYPES, bound_over
 from kinegen.emit.c.expected import Expected, Row, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
-from kinegen.ir.bounds import Ranges, bound, has_rules
+from kinegen.ir.bounds import Ranges, has_rules
 from kinegen.ir.program import Program
 
 SLACK = 2
@@ -71,7 +71,7 @@ def _proven(kernels: Kernels, program: Program, vectors: Vectors, real: Real) ->
         joints=tuple((min(column), max(column)) for column in columns),
         parameters=tuple(defaults[name] for name in program.parameters),
     )
-    return bound(program, ranges, NUMBER_TYPES[real]).entries
+    return bound_over(program, ranges, NUMBER_TYPES[real]).entries
 
 
 def _roundings(expected: Expected, real: Real) -> Row:

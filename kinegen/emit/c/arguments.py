@@ -7,9 +7,10 @@ import textwrap
 from collections.abc import Iterator
 
 from kinegen.emit.actuators import ARRAY as ACTUATORS
+from kinegen.emit.c.truths import TRUTH
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.program import Program
-from kinegen.naming import macro, prefix
+from kinegen.naming import default_params, macro, params_type
 from kinegen.outputs import Array, Kind
 
 _WIDTH = 119
@@ -31,6 +32,11 @@ def extent_macro(kernels: Kernels, program: Program) -> str:
     return macro(kernels.robot.name, "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS")
 
 
+def number_type(array: Array, real: str) -> str:
+    """The C type of the numbers of an array: a byte for truth values, else the number type of the kernels."""
+    return TRUTH if array.is_truth else real
+
+
 def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = "") -> str:
     """The extents of an argument, such as `q[6]` or `base_T_tips[restrict ARM_TIPS][16]`.
 
@@ -40,13 +46,18 @@ def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = 
         array: One of its inputs or results.
         qualifier: What stands in the outermost brackets before the extent, with a space after it.
     """
+    robot = kernels.robot.name
     if array.per_frame:
         return f"{array.name}[{qualifier}{extent_macro(kernels, program)}][{array.stored}]"
+    if array.per_branch:
+        return f"{array.name}[{qualifier}{macro(robot, 'BRANCHES')}][{macro(robot, 'DOF')}]"
     size = f"{array.stored}"
     if array.name == ACTUATORS:
-        size = macro(kernels.robot.name, "ACTUATORS")
+        size = macro(robot, "ACTUATORS")
+    elif array.is_truth:
+        size = macro(robot, "BRANCHES")
     elif array.shape == (kernels.robot.dof,) and array in program.signature.inputs:
-        size = macro(kernels.robot.name, "DOF")
+        size = macro(robot, "DOF")
     return f"{array.name}[{qualifier}{size}]"
 
 
@@ -55,8 +66,10 @@ def scalar_arguments(kernels: Kernels, program: Program, real: str, *, restrict:
     qualifier = "restrict " if restrict else ""
     parts = [f"const {real} {declared(kernels, program, array, qualifier)}" for array in given(program)]
     if kernels.robot.runtime_parameters:
-        parts.append(f"const {prefix(kernels.robot.name, real)}_params *{qualifier}params")
-    parts += [f"{real} {declared(kernels, program, array, qualifier)}" for array in computed(program)]
+        parts.append(f"const {params_type(kernels.robot.name, real)} *{qualifier}params")
+    parts += [
+        f"{number_type(array, real)} {declared(kernels, program, array, qualifier)}" for array in computed(program)
+    ]
     return ", ".join(parts) or "void"
 
 
@@ -75,7 +88,7 @@ def batch_arguments(inputs: tuple[Array, ...], results: tuple[Array, ...], real:
     if params:
         arguments += [f"const {params} *params", "ptrdiff_t params_stride"]
     for array in results:
-        arguments += [f"{real} *{array.name}", f"ptrdiff_t {array.name}_stride"]
+        arguments += [f"{number_type(array, real)} *{array.name}", f"ptrdiff_t {array.name}_stride"]
     return (*arguments, "int layout")
 
 
@@ -108,7 +121,7 @@ def tile_variables(program: Program) -> tuple[str, ...]:
 
 def block_names(array: Array) -> tuple[str, ...]:
     """The C array of each block of a result."""
-    return tuple(f"{array.name}[{block}]" for block in range(array.blocks)) if array.per_frame else (array.name,)
+    return tuple(f"{array.name}[{block}]" for block in range(array.blocks)) if array.in_blocks else (array.name,)
 
 
 def result_places(program: Program) -> Iterator[tuple[str, ...]]:
@@ -118,32 +131,40 @@ def result_places(program: Program) -> Iterator[tuple[str, ...]]:
             yield tuple(f"{name}[{index}]" for index in range(array.size // array.blocks))
 
 
-def flat_call(kernels: Kernels, program: Program, real: str, inputs: str, results: str) -> str:
-    """The arguments of a call whose arrays lie one after the other in two buffers.
+def flat_call(kernels: Kernels, program: Program, real: str, name: str, buffers: tuple[str, str]) -> str:
+    """A call of a kernel whose arrays lie one after the other in two buffers; parameters are those of the file.
 
     Args:
         kernels: The robot and its programs.
         program: The program.
         real: Number type.
-        inputs: Name of the buffer with all inputs.
-        results: Name of the buffer for all results, matrices with their last rows.
+        name: The kernel.
+        buffers: Name of the buffer with all inputs, and of the one for all results, in which matrices have their last
+            rows and truth values are numbers.
 
     Returns:
-        C text; parameters are those of the file.
+        C statements, without the last semicolon.
     """
-    arguments, offset = [], 0
+    arguments, offset, (inputs, results) = [], 0, buffers
     for array in given(program):
         arguments.append(_from(inputs, offset))
         offset += array.stored
     if kernels.robot.runtime_parameters:
-        arguments.append(f"&{prefix(kernels.robot.name, real)}_default_params")
+        arguments.append(f"&{default_params(kernels.robot.name, real)}")
+    before: list[str] = []
+    after: list[str] = []
     offset = 0
     for array in computed(program):
         place = _from(results, offset)
         bracketed = f"({place})" if offset else place
-        arguments.append(f"(void *){bracketed}" if array.per_frame else place)
+        if array.is_truth:
+            before.append(f"{TRUTH} {array.name}[{array.size}]")
+            widened = f"{bracketed}[i] = ({real}){array.name}[i]"
+            after.append(f"for (int i = 0; i < {array.size}; i++) {{ {widened}; }}")
+            place = array.name
+        arguments.append(f"(void *){bracketed}" if array.in_blocks else place)
         offset += array.stored * array.blocks
-    return ", ".join(arguments)
+    return "; ".join([*before, f"{name}({', '.join(arguments)})", *after])
 
 
 def _from(buffer: str, offset: int) -> str:

@@ -12,15 +12,16 @@ from dataclasses import dataclass
 from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.parts import ParamRows, param_rows, part
-from kinegen.emit.c.statements import CPrinter
+from kinegen.emit.c.syntax import c_printer
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import function_templates, needs_bits
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.nearest import nearest_signature
+from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
-from kinegen.ir.program import Constant, Program
-from kinegen.naming import c_file, function, guard, prefix
+from kinegen.ir.program import Constant, Operator, Program
+from kinegen.naming import c_file, companion, function, guard, params_type, prefix
 from kinegen.outputs import Array
 
 TILE_BYTES = 128
@@ -65,12 +66,14 @@ class BatchResult:
         tile: Its rows of the result tile.
         rows: Computed numbers for each configuration.
         matrices: Matrices for each configuration; 0 where it holds none.
+        is_truth: Whether its numbers are truth values.
     """
 
     name: str
     tile: str
     rows: int
     matrices: int
+    is_truth: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +87,7 @@ class Tile:
         finders: Functions that find inputs: name, numbers read, numbers from one configuration to the next.
         has_matrices: Whether matrices are stored.
         has_others: Whether anything else is.
+        has_truths: Whether there are truth values.
         takes_params: Whether parameters are read.
     """
 
@@ -93,6 +97,7 @@ class Tile:
     finders: tuple[tuple[str, int, int], ...]
     has_matrices: bool
     has_others: bool
+    has_truths: bool
     takes_params: bool
 
 
@@ -211,7 +216,7 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
     return {
         name: environment()
         .get_template(template)
-        .render(b=context, k=kernel, prefix=kernel.prefix, qualifier="static inline")
+        .render(b=context, k=kernel, prefix=kernel.prefix, qualifier=f"{kernel.prefix.upper()}_INLINE")
         for name, template in ((context.header, "c/batch.h.jinja"), (context.source, "c/batch.c.jinja"))
     }
 
@@ -230,17 +235,18 @@ def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
                 suffix=suffix,
                 finders=tuple(sorted(inputs)),
                 has_matrices=any(result.matrices for result in results),
-                has_others=any(not result.matrices for result in results),
+                has_others=any(not (result.matrices or result.is_truth) for result in results),
+                has_truths=any(result.is_truth for result in results),
                 takes_params=any(each.params for each in own),
             )
 
 
 def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
-    params = f"{stem}_params" if kernels.robot.runtime_parameters else ""
+    params = params_type(kernels.robot.name, real) if kernels.robot.runtime_parameters else ""
     parts, name = part(program), function(kernels.robot.name, program.quantity.function, real)
     variables = (*tile_variables(program), *(f"p[{row}][i]" for row in range(len(parts.rows))))
-    printer = CPrinter(real, f"{stem}_sincos", variables, stem, selects_bits=True)
+    printer = c_printer(real, f"{stem}_sincos", variables, stem, selects_bits=True)
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
     body = printer.lines(parts.rest, places)
@@ -258,7 +264,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         body = printer.lines(parts.rest, [place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
         tile_result, tile_value = f"{real} *restrict t, ptrdiff_t t_row", f"&t[0][0], {size}"
     return BatchFunction(
-        name=f"{name}_batch",
+        name=companion(name, "batch"),
         size=size,
         suffix=suffix,
         brief=brief(program.signature),
@@ -269,7 +275,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         results=results,
         has_matrices=any(result.matrices for result in results),
         params=param_rows(printer, parts, name, suffix) if parts.rows else None,
-        tile=f"{name}_tile",
+        tile=companion(name, "tile"),
         tile_arguments=", ".join([*arguments, tile_result]),
         tile_values=", ".join([*values, tile_value]),
         body=body,
@@ -279,7 +285,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
 
 
 def _direct(
-    printer: CPrinter,
+    printer: Printer[Operator],
     body: tuple[str, ...],
     read: tuple[Array, ...],
     results: tuple[BatchResult, ...],
@@ -310,7 +316,7 @@ def _results(program: Program) -> Iterator[BatchResult]:
     first = 0
     for array in computed(program):
         tile = f"results + {first}" if first else "results"
-        yield BatchResult(array.name, tile, array.size, array.blocks if array.is_pose else 0)
+        yield BatchResult(array.name, tile, array.size, array.blocks if array.is_pose else 0, array.is_truth)
         first += array.size
 
 

@@ -23,9 +23,10 @@ from kinegen.ir.program import Constant, Operator, Program, Statement, Variable
 from kinegen.naming import macro, prefix
 from kinegen.outputs import Kind
 from kinegen.robot.algebra import Expression, Name, Number, Product
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import ExpressionError, evaluate, linear, names
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, Robot, Step
+from kinegen.robot.model import Robot, Step
 
 MOST_PLACES = 3
 """Places of the table that one name is made of; a number in more of them keeps its digits."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 from kinegen.emit.accuracy import accuracy_lines, error_lines
 from kinegen.emit.actuators import actuator_lines, actuator_names
@@ -19,7 +20,8 @@ from kinegen.emit.c.arguments import (
 )
 from kinegen.emit.c.constants import NamedConstant, constant_lines, named_constants, names_of
 from kinegen.emit.c.nearest import Nearest, nearest_of
-from kinegen.emit.c.statements import CPrinter
+from kinegen.emit.c.syntax import c_syntax, named_lengths
+from kinegen.emit.c.truths import truth_literals, truth_operands, truth_syntax, truths_of
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import (
@@ -35,6 +37,7 @@ from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.nearest import NAME
+from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.sections import sections
 from kinegen.emit.sincos import SINCOS, Sincos
@@ -119,6 +122,7 @@ class KernelContext:
     routines: tuple[str, ...]
     routine_lines: tuple[str, ...]
     needs_bits: bool
+    has_truths: bool
 
 
 def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -138,8 +142,9 @@ def emit_kernel(kernels: Kernels, real: Real) -> dict[str, str]:
     }
 
 
+@lru_cache(maxsize=8)
 def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
-    """Everything the templates lay out, as finished text."""
+    """Everything the templates lay out, as finished text; scalar kernels, batches and packages print the same one."""
     robot = kernels.robot
     header, source = (c_file(robot.name, suffix, real) for suffix in "hc")
     about = subject(program.quantity for program in kernels.programs)
@@ -183,6 +188,7 @@ def kernel_context(kernels: Kernels, real: Real) -> KernelContext:
         routines=function_templates(kernels.programs, real),
         routine_lines=routine_lines(used_routines(kernels.programs, real)),
         needs_bits=needs_bits(kernels.programs, real),
+        has_truths=any(array.is_truth for program in kernels.programs for array in program.signature.results),
     )
 
 
@@ -286,7 +292,7 @@ def _notes(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
 
 
 def _shape(kernels: Kernels, program: Program, array: Array) -> str:
-    what = result_text(array)
+    what = "a joint vector for each branch" if array.per_branch else result_text(array)
     if program.quantity.kind is Kind.PARAMETER_JACOBIAN:
         what = f"{what}, columns in the order of {macro(kernels.robot.name, 'PARAMETER')}_*"
     if program.quantity.kind is Kind.FRAMES:
@@ -300,8 +306,15 @@ def _body(kernels: Kernels, program: Program, real: Real, constants: tuple[Named
     """The statements, and the constant last row of each matrix."""
     stem = prefix(kernels.robot.name, real)
     pair, named = sincos_macro(kernels.robot.name, real), names_of(constants, program)
-    printer = CPrinter(real, pair, scalar_variables(program), stem, constants=named)
     places = [place for block in result_places(program) for place in block]
+    syntax, truths = c_syntax(real, pair, stem), truths_of(program)
+    printer = Printer(
+        syntax,
+        scalar_variables(program),
+        truth_operands(truths, named_lengths(program, named)),
+        others=truth_syntax(truths, syntax),
+        literals=truth_literals(program, places),
+    )
     last = [Constant(Fraction(value)) for value in (0, 0, 0, 1)]
     rows = [
         printer.assignment(f"{block}[{12 + column}]", entry)

@@ -9,13 +9,13 @@ from fractions import Fraction
 
 from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.functions import LINE
-from kinegen.emit.inverse import Branches, branches_of
+from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.limits import LARGEST
 from kinegen.emit.nearest import FARTHEST_STROKE, MOST_TURNS, NAME, Turning, turnings
 from kinegen.emit.reals import Real
-from kinegen.naming import function, macro, prefix
-from kinegen.outputs import Kind
+from kinegen.naming import function, macro, params_type, prefix
+from kinegen.outputs import Branches, Kind
 from kinegen.robot.model import Robot
 
 _ROUNDING = {Real.DOUBLE: Fraction(3 * 2**51), Real.FLOAT: Fraction(3 * 2**22)}
@@ -80,7 +80,7 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
     if branches is None:
         return None
     stem, dof = prefix(robot.name, real), macro(robot.name, "DOF")
-    name, params = function(robot.name, NAME, real), f"{stem}_params" if robot.runtime_parameters else ""
+    name, params = function(robot.name, NAME, real), params_type(robot.name, real) if robot.runtime_parameters else ""
     arguments = [
         f"const {real} base_T_tool[16]",
         f"const {real} q0[{dof}]",

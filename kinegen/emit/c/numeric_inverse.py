@@ -13,29 +13,17 @@ from kinegen.emit.environment import environment
 from kinegen.emit.functions import LINE, ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
+from kinegen.emit.search import TUNING
 from kinegen.ir.program import Operator
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, search_file
+from kinegen.naming import c_file, comment_text, function, guard, macro, params_type, prefix, search_file
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
-TOLERANCES = {Real.DOUBLE: Fraction(1, 10**9), Real.FLOAT: Fraction(1, 10**5)}
-"""Accepted errors by default: of a rotation in radians, of a position as a part of the reach."""
-
-MOST_RESTARTS = 16
-"""From this restart on the number of random joint vectors stays the same."""
-
-DEFAULT_RESTARTS = 10
-"""Restarts of the default search."""
-
-ITERATIONS = 60
-"""Steps of one descent at most."""
-
-RIGID = {Real.DOUBLE: Fraction(3, 10**6), Real.FLOAT: Fraction(3, 10**4)}
-"""How far the columns of a target may be from those of a rotation: the root of the sum of all squares."""
-
-_SAMPLES = 20
 _PI = Fraction(3.141592653589793)
+
+_OPTIONS = "int32_t restarts;", "uint32_t seed;", "int32_t budget;", "int32_t steps;"
+_COUNTS = "int32_t iterations;", "int32_t descents;"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +72,11 @@ class SolverContext:
     most_restarts: int
     most_samples: int
     iterations: int
+    stall: int
+    samples: int
+    restarts: int
+    options: tuple[str, ...]
+    counts: tuple[str, ...]
     rigid: str
     farthest: str
     costs: tuple[str, ...]
@@ -137,12 +130,17 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         declaration=wrapped_prototype(prototype),
         parameters=parameters,
         pass_params=" params," if parameters else "",
-        pass_params_declaration=f" const {stem}_params *params," if parameters else "",
+        pass_params_declaration=f" const {params_type(robot.name, real)} *params," if parameters else "",
         routines=tuple(ROUTINES[real][operator] for operator in (Operator.SQRT, Operator.ATAN2)),
-        most_restarts=MOST_RESTARTS,
-        most_samples=_SAMPLES * MOST_RESTARTS**2,
-        iterations=ITERATIONS,
-        costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(RIGID[real]):.0e}"),
+        most_restarts=TUNING.most_restarts,
+        most_samples=TUNING.most_samples,
+        iterations=TUNING.iterations,
+        stall=TUNING.stall,
+        samples=TUNING.samples,
+        restarts=TUNING.restarts,
+        options=_members(real, _OPTIONS),
+        counts=_members(real, _COUNTS),
+        costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(TUNING.rigid[real]):.0e}"),
     )
 
 
@@ -162,18 +160,24 @@ def _numbers(robot: Robot, real: Real) -> dict[str, str]:
         "position_tolerance": real.literal(position),
         "rotation_tolerance": real.literal(rotation),
         "length_weight": real.literal(1 / third),
-        "margin": real.literal(Fraction(2, 5)),
-        "damping": real.literal(Fraction(1, 10)),
-        "least_damping": real.literal(Fraction(1, 10**12) if real is Real.DOUBLE else Fraction(1, 10**7)),
-        "longest_step": real.literal(Fraction(4, 5)),
+        "margin": real.literal(TUNING.margin),
+        "damping": real.literal(TUNING.damping),
+        "least_damping": real.literal(TUNING.least_damping[real]),
+        "longest_step": real.literal(TUNING.longest_step),
         "per_draw": real.literal(Fraction(1, 2**24)),
         "half": real.literal(Fraction(1, 2)),
         "half_turn": real.literal(_PI),
         "turn": real.literal(2 * _PI),
-        "huge": real.literal(Fraction(10**30)),
-        "rigid": real.literal(RIGID[real] ** 2),
-        "farthest": real.literal(Fraction(10**15)),
+        "huge": real.literal(TUNING.huge),
+        "rigid": real.literal(TUNING.rigid[real] ** 2),
+        "farthest": real.literal(TUNING.farthest),
     }
+
+
+def _members(real: Real, members: tuple[str, ...]) -> tuple[str, ...]:
+    """Members of a struct, as long as the errors or tolerances above them, so that comments begin in one column."""
+    above = "position_tolerance;" if members is _OPTIONS else "position_error;"
+    return tuple(member.ljust(len(f"{real} {above}")) for member in members)
 
 
 def _arguments(kernels: Kernels, real: Real) -> str:
@@ -183,7 +187,7 @@ def _arguments(kernels: Kernels, real: Real) -> str:
         (
             f"const {real} base_T_tool[16]",
             f"const {real} start[{dof}]",
-            *((f"const {stem}_params *params",) if robot.runtime_parameters else ()),
+            *((f"const {params_type(robot.name, real)} *params",) if robot.runtime_parameters else ()),
             f"const {stem}_search *search",
             f"{real} q[{dof}]",
             f"{stem}_found *found",
@@ -193,24 +197,24 @@ def _arguments(kernels: Kernels, real: Real) -> str:
 
 def tolerances(robot: Robot, real: Real) -> tuple[Fraction, Fraction]:
     """What is accepted by default: a position error in the file's length unit, one digit; a rotation error in rad."""
-    position = TOLERANCES[real] * Fraction(reach(robot, robot.tips))
-    return Fraction(f"{float(position):.0e}"), TOLERANCES[real]
+    position = TUNING.tolerances[real] * Fraction(reach(robot, robot.tips))
+    return Fraction(f"{float(position):.0e}"), TUNING.tolerances[real]
 
 
 def worst_cost(restarts: int) -> int:
     """How often a call evaluates the kernel at most: once for each step, and once for each random joint vector."""
-    samples = (_SAMPLES * min(restart, MOST_RESTARTS) ** 2 for restart in range(1, restarts + 1))
-    return ITERATIONS * (restarts + 1) + sum(samples)
+    samples = (TUNING.samples * min(restart, TUNING.most_restarts) ** 2 for restart in range(1, restarts + 1))
+    return TUNING.iterations * (restarts + 1) + sum(samples)
 
 
 def _cost_lines(kernel: str, rigid: str) -> tuple[str, ...]:
     """What a call costs at most, as lines of a comment."""
-    worst = ", ".join(f"{worst_cost(restarts):,} for {restarts}" for restarts in (0, 1, DEFAULT_RESTARTS))
+    worst = ", ".join(f"{worst_cost(restarts):,} for {restarts}" for restarts in (0, 1, TUNING.restarts))
     text = (
         f"Worst case: nearly all of the time goes into evaluations of {kernel}, one for each step and one for each "
-        f"random joint vector. There are at most {ITERATIONS} steps a descent, and before restart r {_SAMPLES} r^2 "
-        f"joint vectors ({_SAMPLES * MOST_RESTARTS**2:,} at most). A target out of reach takes all of them: {worst} "
-        "restarts. The member budget of a search bounds the evaluations of a call, and steps "
+        f"random joint vector. There are at most {TUNING.iterations} steps a descent, and before restart r "
+        f"{TUNING.samples} r^2 joint vectors ({TUNING.most_samples:,} at most). A target out of reach takes all "
+        f"of them: {worst} restarts. The member budget of a search bounds the evaluations of a call, and steps "
         "bounds those of a descent. A target that is not a pose takes none: one that is not finite, or whose rotation "
         f"misses being orthonormal and right-handed by {rigid} or more, as the root of a sum of squares."
     )

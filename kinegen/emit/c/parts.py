@@ -9,11 +9,12 @@ so it gives the same bits, also where the compiler fuses products and sums.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
-from kinegen.ir.program import Constant, Operand, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.emit.printing import Printer
+from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.naming import companion
 
 _WIDTH = 112
 """Longest line of a comment."""
@@ -66,12 +67,7 @@ class ParamRows:
     body: tuple[str, ...]
 
 
-class _Printer(Protocol):
-    def lines(self, program: Part, places: Sequence[str | None]) -> tuple[str, ...]:
-        """The statements of a part."""
-
-
-def param_rows(printer: _Printer, parts: Parts, function: str, suffix: str) -> ParamRows:
+def param_rows(printer: Printer[Operator], parts: Parts, function: str, suffix: str) -> ParamRows:
     """Print the first part of a program that reads parameters.
 
     Args:
@@ -85,8 +81,8 @@ def param_rows(printer: _Printer, parts: Parts, function: str, suffix: str) -> P
     return ParamRows(
         count=len(parts.rows),
         words=_lines(parts.rows),
-        taker=f"{function}_params" if body else f"take_params{suffix}",
-        function=f"{function}_from_params" if body else "",
+        taker=companion(function, "params") if body else f"take_params{suffix}",
+        function=companion(function, "from_params") if body else "",
         body=body,
     )
 

@@ -17,11 +17,25 @@ from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.limits import LARGEST
+from kinegen.emit.nearest import NAME as NEAREST
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS, Sincos
 from kinegen.emit.words import input_text
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
+from kinegen.naming import (
+    c_file,
+    comment_text,
+    companion,
+    default_params,
+    function,
+    guard,
+    macro,
+    prefix,
+    selftest_file,
+    sincos_macro,
+    vectors_file,
+)
 from kinegen.outputs import Kind
 from kinegen.robot.extent import reach
 
@@ -76,7 +90,11 @@ class VectorCheck:
 
 @dataclass(frozen=True, slots=True)
 class InverseCheck:
-    """The check of the inverse at its targets: a solution has to be the joint vector that a target comes from."""
+    """The check of the inverse at its targets: a solution has to be the joint vector that a target comes from.
+
+    The solution that is chosen as the nearest to that vector has to be it, too. Where a vector is too far away, none
+    may be chosen.
+    """
 
     function: str
     count_macro: str
@@ -90,6 +108,9 @@ class InverseCheck:
     turns: str
     extents: str
     call: str
+    choice: str
+    choice_call: str
+    too_far: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,17 +165,17 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         if program.quantity not in vectors.expected and program.quantity.kind is not Kind.INVERSE
     ]
     context = VectorContext(
-        header=f"{stem}_vectors.h",
-        source=f"{stem}_selftest.c",
+        header=vectors_file(robot.name, real),
+        source=selftest_file(robot.name, real),
         kernel_header=c_file(robot.name, "h", real),
-        guard=guard(f"{stem}_vectors.h"),
+        guard=guard(vectors_file(robot.name, real)),
         provenance=provenance(robot),
         description=comment_text(robot.description),
         robot=robot.name,
         prefix=stem,
         real=real.value,
         flash_macro=macro(stem, "FLASH"),
-        count_macro=f"{stem.upper()}_VECTORS",
+        count_macro=macro(stem, "VECTORS"),
         count=len(vectors.inputs["q"]) if checked else 0,
         inputs=tuple(_inputs(kernels, checked, vectors, real)),
         checks=tuple(_check(kernels, program, vectors, real) for program in checked),
@@ -164,7 +185,7 @@ def emit_vectors(kernels: Kernels, vectors: Vectors, real: Real) -> dict[str, st
         or any(result.turns for program in checked for result in vectors.expected[program.quantity]),
         has_matrices=any(array.is_pose for program in checked for array in program.signature.results),
         pairs=tuple(_pair(*pair, real) for pair in vectors.pairs),
-        pairs_macro=f"{stem.upper()}_PAIRS",
+        pairs_macro=macro(stem, "PAIRS"),
         sincos=SINCOS[real],
         sincos_macro=sincos_macro(robot.name, real),
         pair_tolerance=real.literal(accepted_pair_error(real)),
@@ -196,6 +217,7 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         return None
     robot = kernels.robot
     stem, name = prefix(robot.name, real), function(robot.name, Kind.INVERSE, real)
+    choice = function(robot.name, NEAREST, real)
     extents = [Fraction(reach(robot) if math.isinf(turn) else 1) for turn in branches.turns]
     return InverseCheck(
         function=name,
@@ -210,6 +232,9 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
         call=f"{name}({', '.join(['pose', *_parameters(kernels, real), 'solutions', 'valid'])})",
+        choice=choice,
+        choice_call=f"{choice}({', '.join(['pose', 'wanted', *_parameters(kernels, real), 'chosen'])})",
+        too_far=real.literal(LARGEST[real]),
     )
 
 
@@ -229,7 +254,7 @@ def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> 
 
 def _parameters(kernels: Kernels, real: Real) -> list[str]:
     """The argument for runtime parameters, if there are any."""
-    return [f"&{prefix(kernels.robot.name, real)}_default_params"] if kernels.robot.runtime_parameters else []
+    return [f"&{default_params(kernels.robot.name, real)}"] if kernels.robot.runtime_parameters else []
 
 
 def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> Iterator[VectorResult]:
@@ -240,6 +265,7 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
         if not array.size:
             continue
         ending = f"_{array.name}" if len(arrays) > 1 else ""
+        expected, limits = (f"{companion(name, part)}{ending}" for part in ("expected", "accepted"))
         entries = array.size // array.blocks
         of_frames = " for each frame" if program.frames else ""
         without = "; the last rows 0 0 0 1 are left out" if array.is_pose else ""
@@ -247,9 +273,9 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
         place = f"found{ending}[entry]" if whole else f"found{ending}[(frame * {array.stored}) + entry]"
         entry = "entry" if whole else f"(frame * {entries}) + entry"
         read = f"{prefix(kernels.robot.name, real)}_read"
-        wanted = f"{read}(&{name}_expected{ending}[vector][{entry}])"
+        wanted = f"{read}(&{expected}[vector][{entry}])"
         yield VectorResult(
-            array=f"{name}_expected{ending}",
+            array=expected,
             found=f"found{ending}",
             rows=tuple(_row(numbers, real) for numbers in result.rows),
             entries=f"{entries} entries{of_frames}{without}",
@@ -264,8 +290,8 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -
             if result.turns
             else place,
             wanted=wanted,
-            accepted=f"{read}(&{name}_accepted{ending}[{entry}])",
-            accepted_array=f"{name}_accepted{ending}",
+            accepted=f"{read}(&{limits}[{entry}])",
+            accepted_array=limits,
             limits=_row(next(accepted), real),
         )
 

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from kinegen.emit.c.arguments import block_names, declared, result_places
 from kinegen.emit.c.kernel import macros, model_macro
 from kinegen.emit.environment import environment
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.fixed.manual import above_one, error_text, joint_lines, parameter_lines, range_end, sincos_lines
-from kinegen.emit.fixed.statements import IntegerPrinter, needed_shifts, uses
+from kinegen.emit.fixed.syntax import fixed_printer, needed_shifts, uses
 from kinegen.emit.kernels import Kernels, operation_line, provenance
 from kinegen.emit.table import command_lines, table_lines, table_title
 from kinegen.emit.words import brief
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram, Operation
-from kinegen.naming import c_file, comment_text, function, guard, macro, prefix, sincos_macro
+from kinegen.naming import Q30, c_file, comment_text, function, guard, macro, params_type, prefix, sincos_macro
 from kinegen.outputs import Quantity
-from kinegen.robot.model import Dimension, JointType
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import JointType, Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +188,7 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
     result = exact.signature.results[0]
     inputs = [f"const int32_t q[{{}}{macro(robot.name, 'DOF')}]"] if robot.dof else []
     if robot.runtime_parameters:
-        inputs.append(f"const {prefix(robot.name, Q30)}_params *{{}}params")
+        inputs.append(f"const {params_type(robot.name, Q30)} *{{}}params")
     inputs.append(f"int32_t {declared(fixed.kernels, exact, result, '{}')}")
     plain, restricted = (", ".join(each.format(word) for each in inputs) for word in ("", "restrict "))
     unused = ["q"] * bool(robot.dof and not program.reads_joints)
@@ -200,20 +200,22 @@ def _function(fixed: FixedKernels, program: FixedProgram) -> FixedFunction:
         errors=error_text(fixed, program),
         prototype=f"void {name}({plain})",
         definition=f"void {name}({restricted})",
-        body=_body(IntegerPrinter(prefix(robot.name, Q30), sincos_macro(robot.name, Q30)), program),
+        body=_body(robot, program),
         output=result.name,
         shape=_shape(fixed.kernels, exact.quantity),
         unused=tuple(unused),
     )
 
 
-def _body(printer: IntegerPrinter, program: FixedProgram) -> tuple[str, ...]:
+def _body(robot: Robot, program: FixedProgram) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
+    variables = [f"q[{index}]" for index in range(robot.dof)]
+    printer = fixed_printer(variables, prefix(robot.name, Q30), sincos_macro(robot.name, Q30))
     result = program.program.signature.results[0]
     places = [place for block in result_places(program.program) for place in block]
     last = (0, 0, 0, 2**NUMBER_BITS) if result.is_pose else ()
     rows = [f"{block}[{12 + column}] = {value};" for block in block_names(result) for column, value in enumerate(last)]
-    return (*printer.lines(program, places), *rows)
+    return printer.lines(program, places, rows=rows)
 
 
 def _shape(kernels: Kernels, quantity: Quantity) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.fixed.coarse import CoarsePair, coarse_pair
@@ -10,7 +11,8 @@ from kinegen.ir.fixed.plan import plan_fixed
 from kinegen.ir.fixed.program import FixedProgram, Scales
 from kinegen.ir.fixed.rounding import nearest_integer
 from kinegen.ir.fixed.turns import TURN, binary_angle
-from kinegen.robot.model import Dimension, Robot
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +48,9 @@ class FixedKernels:
         )
 
 
+@lru_cache(maxsize=8)
 def fixed_kernels(kernels: Kernels) -> FixedKernels:
-    """Write the programs of a robot in integers.
+    """Write the programs of a robot in integers; their vectors, their text and their proof ask for the same ones.
 
     Raises:
         KinegenError: If integers cannot evaluate one; the message says why.

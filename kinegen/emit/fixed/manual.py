@@ -8,15 +8,15 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from kinegen.emit.accuracy import two_digits
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.functions import LINE
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram, Scales
 from kinegen.ir.fixed.rounding import nearest_integer
 from kinegen.ir.fixed.turns import EXACT, PI, TURN
-from kinegen.naming import sincos_macro
+from kinegen.naming import Q30, sincos_macro
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
-from kinegen.robot.model import Dimension, JointType, JointVariable, Parameter, Robot
+from kinegen.robot.model import JointType, JointVariable, Parameter, Robot
 
 
 def range_end(bits: int) -> str:
@@ -63,10 +63,11 @@ def _parameter_unit(fixed: FixedKernels, parameter: Parameter) -> str:
 
 def largest_errors(program: FixedProgram) -> tuple[tuple[float, float, float], float]:
     """The proven errors of x, y and z and of the entries of a rotation, over all frames, in units of the last place."""
-    return _largest(program, program.errors)
+    return largest(program, program.errors)
 
 
-def _largest(program: FixedProgram, errors: Sequence[float]) -> tuple[tuple[float, float, float], float]:
+def largest(program: FixedProgram, errors: Sequence[float]) -> tuple[tuple[float, float, float], float]:
+    """The same for other errors of its outputs."""
     entries = 12 if program.program.quantity.is_pose else 3
     axes = range(3, 12, 4) if entries == 12 else range(3)
 
@@ -115,7 +116,7 @@ def _coarse_text(fixed: FixedKernels) -> str:
     coarse = fixed.coarse
     if coarse is None:
         return "The proofs hold only for sines and cosines within 8.9e-10."
-    found = [_largest(program, errors) for program, errors in zip(fixed.programs, coarse.errors, strict=True)]
+    found = [largest(program, errors) for program, errors in zip(fixed.programs, coarse.errors, strict=True)]
     position = [max(each[axis] for each, _ in found) for axis in range(3)]
     has_rotation = any(program.program.quantity.is_pose for program in fixed.programs)
     words = _words(fixed, position, max(rotation for _, rotation in found), has_rotation=has_rotation)

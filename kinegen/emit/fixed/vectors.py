@@ -8,13 +8,15 @@ from dataclasses import dataclass
 
 from kinegen.emit.c.arguments import declared
 from kinegen.emit.environment import environment
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.kernels import provenance
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram
 from kinegen.naming import (
+    Q30,
     c_file,
     comment_text,
+    companion,
+    default_params,
     function,
     guard,
     macro,
@@ -142,10 +144,10 @@ def _check(fixed: FixedKernels, program: FixedProgram, vectors: FixedVectors) ->
     result = program.program.signature.results[0]
     inputs = ["q"] if robot.dof else []
     if robot.runtime_parameters:
-        inputs.append(f"&{prefix(robot.name, Q30)}_default_params")
+        inputs.append(f"&{default_params(robot.name, Q30)}")
     return FixedCheck(
         function=name,
-        array=f"{name}_expected",
+        array=companion(name, "expected"),
         rows=tuple(_row(entries) for entries in vectors.expected[quantity]),
         entries=result.size // result.blocks,
         frames=result.blocks,

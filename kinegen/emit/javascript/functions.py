@@ -14,6 +14,7 @@ from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, input_text, result_text
 from kinegen.ir.program import Constant, Program
+from kinegen.naming import companion
 from kinegen.outputs import Array, Kind
 
 LINE = 116
@@ -100,7 +101,7 @@ def function_of(kernels: Kernels, program: Program) -> Function:
 
 def _batch(program: Program, given: Sequence[str], parameters: Sequence[str]) -> Batch:
     inputs, results = program.signature.inputs, program.signature.results
-    name = f"{program.quantity.function}_batch"
+    name = companion(program.quantity.function, "batch")
     first = inputs[0]
     checks = [f'const n = count("{name}", "{first.name}", {first.name}, {_numbers(first)});']
     checks += [_check(name, each, f"n * {_numbers(each)}") for each in inputs[1:]]
@@ -131,7 +132,7 @@ def _call(name: str, places: Sequence[str], parameters: Sequence[str], program: 
     words += parameters
     for each in results:
         words += [each.name, result.format(f"{each.name}_at", size=_numbers(each))]
-    return f"{name}_at({', '.join(words)})"
+    return f"{companion(name, 'at')}({', '.join(words)})"
 
 
 def _argument_lines(program: Program) -> list[str]:
@@ -166,7 +167,7 @@ def _numbers(array: Array) -> int:
 
 def _kind(array: Array) -> str:
     """Flags are whole numbers."""
-    return "Uint8Array" if array.name == "valid" else "Float64Array"
+    return "Uint8Array" if array.is_truth else "Float64Array"
 
 
 def _body(program: Program) -> tuple[str, ...]:

@@ -13,15 +13,17 @@ from kinegen.emit.environment import environment
 from kinegen.emit.functions import uses
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.javascript.functions import LINE, Function, function_of
+from kinegen.emit.javascript.syntax import SYNTAX
+from kinegen.emit.javascript.wasm import batched, compile_command, emit_wasm
 from kinegen.emit.kernels import Kernels, joint_lines, parameter_lines, provenance
 from kinegen.emit.limits import joint_limits
 from kinegen.emit.reals import Real
+from kinegen.emit.routines import CODE, block_comment, routine_lines
 from kinegen.emit.sincos import SINCOS
 from kinegen.emit.words import frames_text, subject
 from kinegen.ir.program import Operator
-from kinegen.naming import comment_text
+from kinegen.naming import comment_text, module_file
 from kinegen.outputs import Kind
-from kinegen.robot.model import Robot
 
 _SINCOS = (
     f"Sines and cosines are evaluated {SINCOS[Real.DOUBLE].accuracy}; an angle beyond that, a NaN or an infinity makes "
@@ -58,8 +60,9 @@ class ModuleContext:
     tables: tuple[Table, ...]
     parameters: tuple[tuple[str, str], ...]
     sincos_lines: tuple[str, ...]
+    sincos: tuple[str, ...]
     sqrt: bool
-    atan2: bool
+    atan2: tuple[str, ...]
     is_batched: bool
     functions: tuple[Function, ...]
 
@@ -76,12 +79,16 @@ def emit_javascript(kernels: Kernels) -> dict[str, str]:
     context = module_context(kernels)
     templates = ((context.module, "javascript/module.js.jinja"), (context.types, "javascript/module.d.ts.jinja"))
     files = {file: environment().get_template(template).render(k=context) for file, template in templates}
-    return files | {"package.json": _package(kernels.robot)}
+    return files | {"package.json": _package(kernels)} | emit_wasm(kernels)
 
 
-def _package(robot: Robot) -> str:
+def _package(kernels: Kernels) -> str:
     """The description of the folder as a package; names of packages there have no capital letters."""
-    name = robot.name
+    robot, has_wasm = kernels.robot, bool(batched(kernels))
+    name, module, types = robot.name, module_file(robot.name, "js"), module_file(robot.name, "d.ts")
+    wasm = {"./wasm": {"types": f"./{name}_wasm.d.ts", "default": f"./{name}_wasm.js"}} if has_wasm else {}
+    compiled = [f"{name}_wasm.js", f"{name}_wasm.d.ts", f"{name}.wasm"] if has_wasm else []
+    scripts = {"wasm": compile_command(kernels)} if has_wasm else {}
     document = {
         "name": name.lower(),
         "version": robot.release,
@@ -89,9 +96,10 @@ def _package(robot: Robot) -> str:
         "license": "0BSD",
         "type": "module",
         "sideEffects": False,
-        "exports": {".": {"types": f"./{name}.d.ts", "default": f"./{name}.js"}},
-        "types": f"./{name}.d.ts",
-        "files": [f"{name}.js", f"{name}.d.ts"],
+        "exports": {".": {"types": f"./{types}", "default": f"./{module}"}, **wasm},
+        "types": f"./{types}",
+        "files": [module, types, *compiled],
+        "scripts": {**scripts, "test": "node --test"},
     }
     return json.dumps(document, indent=2, ensure_ascii=True) + "\n"
 
@@ -101,8 +109,8 @@ def module_context(kernels: Kernels) -> ModuleContext:
     robot, programs = kernels.robot, kernels.programs
     functions = tuple(function_of(kernels, program) for program in programs)
     return ModuleContext(
-        module=f"{robot.name}.js",
-        types=f"{robot.name}.d.ts",
+        module=module_file(robot.name, "js"),
+        types=module_file(robot.name, "d.ts"),
         title=f"{subject(program.quantity for program in programs)} of {robot.name}",
         description=comment_text(robot.description),
         provenance=provenance(robot),
@@ -119,11 +127,17 @@ def module_context(kernels: Kernels) -> ModuleContext:
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
         sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)) if uses(programs, Operator.SINCOS) else (),
+        sincos=_routine(Operator.SINCOS, "{place} = {value};", ("pair[0]", "pair[1]")),
         sqrt=uses(programs, Operator.SQRT),
-        atan2=uses(programs, Operator.ATAN2),
+        atan2=_routine(Operator.ATAN2, "return {value};", ("",)) if uses(programs, Operator.ATAN2) else (),
         is_batched=any(function.batch for function in functions),
         functions=functions,
     )
+
+
+def _routine(operator: Operator, store: str, places: tuple[str, ...]) -> tuple[str, ...]:
+    """The body of a function that kernels call."""
+    return routine_lines(CODE[Real.DOUBLE][operator], SYNTAX, comment=block_comment, store=store, places=places)
 
 
 def _tables(kernels: Kernels) -> tuple[Table, ...]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from kinegen.emit.printing import Syntax
+from kinegen.emit.printing import Syntax, number
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Operator
 
@@ -19,7 +19,7 @@ def _pair(sine: str, cosine: str, angle: str) -> tuple[str, ...]:
 
 SYNTAX = Syntax(
     language="JavaScript",
-    literal=Real.DOUBLE.literal,
+    literal=number(Real.DOUBLE.literal),
     define="const {name} = {value};",
     store="{place} = {value};",
     sincos=_pair,

@@ -10,7 +10,6 @@ from fractions import Fraction
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import FixedContext, fixed_context
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.functions import is_straight
@@ -21,7 +20,7 @@ from kinegen.emit.packages.integers import fixed_example
 from kinegen.emit.packages.layout import Layout
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, subject
-from kinegen.naming import cmake_target, comment_text, macro, prefix, selftest_file, vectors_file
+from kinegen.naming import Q30, cmake_target, comment_text, macro, prefix, selftest_file, vectors_file
 from kinegen.robot.model import Robot
 
 _LONGEST_SENTENCE = 240  # PlatformIO's schema ends a description at 255 characters

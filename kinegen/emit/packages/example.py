@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.c.arguments import computed, declared, given
+from kinegen.emit.c.arguments import computed, declared, given, number_type
 from kinegen.emit.c.expected import Row, Vectors
 from kinegen.emit.c.numeric_inverse import solver_context
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.naming import function, macro, prefix
+from kinegen.naming import default_params, function, macro
 from kinegen.outputs import USUAL, Array, Kind, Quantity
 from kinegen.robot.extent import joint_box
 from kinegen.robot.model import JointType, Robot
@@ -46,6 +46,7 @@ class ExampleResult:
         rows: Rows to print.
         columns: Numbers in each row.
         scales: What a unit of the last place is in each column, where results are integers.
+        kind: Its number type, where it has one of its own.
     """
 
     declaration: str
@@ -54,6 +55,7 @@ class ExampleResult:
     rows: int
     columns: int
     scales: tuple[str, ...] = ()
+    kind: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ def example_of(kernels: Kernels, vectors: Vectors, header: str, real: Real) -> E
     program = programs.get(Quantity.POSE) or next(iter(programs.values()), kernels.programs[0])
     arguments = [array.name for array in given(program)]
     if kernels.robot.runtime_parameters:
-        arguments.append(f"&{prefix(kernels.robot.name, real)}_default_params")
+        arguments.append(f"&{default_params(kernels.robot.name, real)}")
     arguments += [array.name for array in computed(program)]
     name = function(kernels.robot.name, program.quantity.function, real)
     return Example(
@@ -163,9 +165,10 @@ def result_of(kernels: Kernels, program: Program, array: Array) -> ExampleResult
     return ExampleResult(
         declaration=declared(kernels, program, array),
         entries=f"{array.name}_entries",
-        first=f"&{array.name}[0][0]" if array.per_frame else f"&{array.name}[0]",
+        first=f"&{array.name}[0][0]" if array.in_blocks else f"&{array.name}[0]",
         rows=3 if array.is_pose else math.prod(shape[:-1]),
         columns=shape[-1],
+        kind=number_type(array, ""),
     )
 
 

@@ -7,13 +7,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 from kinegen.emit.c.arguments import computed
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels, signed_angle
 from kinegen.emit.packages.example import Example, ExampleInput, ExampleResult, joint_vector, result_of, what_of
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram
 from kinegen.ir.fixed.rounding import nearest_integer
 from kinegen.ir.fixed.turns import binary_angle
-from kinegen.naming import c_file, function, macro, prefix
+from kinegen.naming import Q30, c_file, default_params, function, macro
 from kinegen.outputs import Quantity
 from kinegen.robot.model import JointType
 
@@ -33,7 +32,7 @@ def fixed_example(fixed: FixedKernels) -> Example:
     exact = program.program
     result = exact.signature.results[0]
     name = function(robot.name, exact.quantity.function, Q30)
-    parameters = [f"&{prefix(robot.name, Q30)}_default_params"] if robot.runtime_parameters else []
+    parameters = [f"&{default_params(robot.name, Q30)}"] if robot.runtime_parameters else []
     arguments = [*(["q"] if robot.dof else []), *parameters, result.name]
     return Example(
         what=what_of(exact, name),

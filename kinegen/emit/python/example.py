@@ -8,7 +8,7 @@ from kinegen.emit.actuators import ARRAY
 from kinegen.emit.kernels import Kernels
 from kinegen.outputs import Array, Kind
 from kinegen.reference.actuators import Actuation
-from kinegen.robot.actuators_extent import reading_box
+from kinegen.robot.actuators.extent import reading_box
 from kinegen.robot.model import Robot
 
 

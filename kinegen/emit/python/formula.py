@@ -2,39 +2,22 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinegen.emit.environment import environment
+from kinegen.emit.functions import uses
 from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.python.syntax import SYNTAX, broken, hash_comment, numpy_printer, typed
 from kinegen.emit.reals import Real
-from kinegen.emit.sections import Section, sections
-from kinegen.emit.words import brief, input_text
-from kinegen.ir.program import (
-    Constant,
-    Operand,
-    Operator,
-    Program,
-    RuntimeParameter,
-    Statement,
-    Temporary,
-    Variable,
-)
-from kinegen.naming import python_identifier
+from kinegen.emit.routines import CODE, routine_lines
+from kinegen.emit.sections import sections
+from kinegen.emit.words import brief, input_text, summary
+from kinegen.ir.program import Operator, Program, Temporary
 
-_FORMS = {
-    Operator.SINCOS: "_sincos({})",
-    Operator.NEG: "-{}",
-    Operator.SQRT: "np.sqrt({})",
-    Operator.ATAN2: "_atan2({}, {})",
-    Operator.SELECT_LT: "np.where({} < {}, {}, {})",
+_BRIEFS = {
+    Operator.SINCOS: "Sine and cosine with the operations and the bits of the C kernels in {real}.",
+    Operator.ATAN2: "The angle of a point with the bits of the C kernels in {real}.",
 }
-_SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*", Operator.DIV: "/"}
-
-
-_WIDTH = 112
-"""Characters of a line of a comment, after its mark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +26,7 @@ class Formula:
 
     Attributes:
         name: Its name.
-        brief: What it computes.
+        brief: What it computes, in paragraphs.
         inputs: Its arguments, each with what it holds.
         body: Statements.
         results: Lines of the returned tuple.
@@ -53,13 +36,34 @@ class Formula:
     """
 
     name: str
-    brief: str
+    brief: tuple[str, ...]
     inputs: tuple[tuple[str, str], ...]
     body: tuple[str, ...]
     results: tuple[str, ...]
     unused: tuple[str, ...]
     reads_parameters: bool
     asks_type: bool
+
+
+@dataclass(frozen=True, slots=True)
+class FormulaRoutine:
+    """A function that formulas call, with the bits of C.
+
+    Attributes:
+        name: Its name.
+        arguments: Its arguments with their types.
+        kind: The type of what it returns.
+        brief: What it computes.
+        lines: Statements.
+        returned: What it returns.
+    """
+
+    name: str
+    arguments: str
+    kind: str
+    brief: str
+    lines: tuple[str, ...]
+    returned: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +74,9 @@ class FormulaContext:
     provenance: str
     parameters: bool
     sincos: bool
+    sqrt: bool
     atan2: bool
+    routines: tuple[FormulaRoutine, ...]
     formulas: tuple[Formula, ...]
 
 
@@ -88,16 +94,34 @@ def emit_formula(kernels: Kernels) -> dict[str, str]:
         robot=kernels.robot.name,
         provenance=provenance(kernels.robot),
         parameters=bool(kernels.defaults),
-        sincos=any(program.uses(Operator.SINCOS) for program in kernels.programs),
-        atan2=any(program.uses(Operator.ATAN2) for program in kernels.programs),
+        sincos=uses(kernels.programs, Operator.SINCOS),
+        sqrt=uses(kernels.programs, Operator.SQRT),
+        atan2=uses(kernels.programs, Operator.ATAN2),
+        routines=tuple(
+            _routine(operator, real) for operator in _BRIEFS if uses(kernels.programs, operator) for real in Real
+        ),
         formulas=formulas,
     )
     return {"_numpy.py": environment().get_template("python/_numpy.py.jinja").render(k=context)}
 
 
+def _routine(operator: Operator, real: Real) -> FormulaRoutine:
+    """One function for one number type."""
+    routine = CODE[real][operator]
+    returned = [printed.name for printed in routine.outputs if isinstance(printed, Temporary)]
+    return FormulaRoutine(
+        name=f"_{routine.name}_{real}",
+        arguments=", ".join(f"{name}: Floats" for name in routine.inputs),
+        kind="Floats" if len(returned) == 1 else f"tuple[{', '.join(['Floats'] * len(returned))}]",
+        brief=_BRIEFS[operator].format(real=real),
+        lines=routine_lines(routine, SYNTAX, comment=hash_comment, revise=typed),
+        returned=", ".join(returned),
+    )
+
+
 def _formula(kernels: Kernels, program: Program) -> Formula:
-    printer = _Printer(
-        tuple(f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size))
+    printer = numpy_printer(
+        [f"{array.name}[{index}]" for array in program.signature.inputs for index in range(array.size)]
     )
     reads_parameters = program.reads_parameters
     inputs = program.signature.inputs
@@ -107,59 +131,11 @@ def _formula(kernels: Kernels, program: Program) -> Formula:
     unused += ["params"] if kernels.defaults and not reads_parameters else []
     return Formula(
         name=program.quantity.function,
-        brief=brief(program.signature),
+        brief=summary(brief(program.signature)),
         inputs=tuple((array.name, f"{input_text(array)} ({array.size}, N)") for array in program.signature.inputs),
-        body=printer.lines(program, sections(kernels.robot, program)),
+        body=broken(printer.lines(program, [None] * len(program.outputs), sections(kernels.robot, program))),
         results=tuple(f"{printer.operand(operand)}," for operand in program.outputs),
         unused=tuple(unused),
         reads_parameters=reads_parameters,
         asks_type=program.asks_type,
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Printer:
-    """Prints statements.
-
-    Attributes:
-        variables: How each number of the inputs is written.
-    """
-
-    variables: tuple[str, ...]
-
-    def lines(self, program: Program, parts: Sequence[Section]) -> tuple[str, ...]:
-        used = program.used
-        lines: list[str] = []
-        for part in parts:
-            lines += ["", *(f"# {line}" for line in textwrap.wrap(part.title, _WIDTH, break_long_words=False))]
-            for statement in part.statements:
-                names = (name if Temporary(name) in used else "_" for name in statement.results)
-                lines.append(f"{', '.join(names)} = {self.expression(statement)}")
-        return tuple(lines[1:])  # no blank line at the beginning
-
-    def expression(self, statement: Statement) -> str:
-        operands = [self.operand(operand) for operand in statement.operands]
-        chosen = statement.operands[2:]
-        if chosen and all(isinstance(each, Constant) for each in chosen):
-            # Of two numbers NumPy would make an array of doubles, whatever it compares.
-            typed = operands[isinstance(statement.operands[0], Constant)]
-            operands[2:] = (f"{typed}.dtype.type({each})" for each in operands[2:])
-        if statement.operator in _FORMS:
-            return _FORMS[statement.operator].format(*operands)
-        if statement.operator not in _SYMBOLS:
-            raise TypeError(f"Python has no form for the operator {statement.operator!r}")
-        return f"{operands[0]} {_SYMBOLS[statement.operator]} {operands[1]}"
-
-    def operand(self, operand: Operand) -> str:
-        match operand:
-            case Variable(index):
-                return self.variables[index]
-            case RuntimeParameter(name):
-                return f"params.{python_identifier(name)}"
-            case Constant():
-                double, single = (Real.DOUBLE.literal(operand.of(kind)) for kind in (False, True))
-                return double if operand.single is None else f"({single} if single else {double})"
-            case Temporary(name):
-                return name
-            case _:
-                raise TypeError(f"Python has no form for the operand {operand!r}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from importlib import resources
 
@@ -13,24 +12,36 @@ from kinegen.emit.actuators import actuator_lines, actuator_names, actuator_unit
 from kinegen.emit.c.numeric_inverse import tolerances
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import Branches, branch_lines, branches_of
+from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.limits import joint_limits
 from kinegen.emit.nearest import turnings
+from kinegen.emit.python.context import Numeric, PackageContext, PublicKernel
 from kinegen.emit.python.example import example
+from kinegen.emit.python.stub import emit_stub
 from kinegen.emit.reals import Real
-from kinegen.emit.words import brief
+from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Kind
-from kinegen.robot.actuators_extent import reading_ranges
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Branches, Kind
+from kinegen.robot.actuators.extent import reading_ranges
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = ("_kernel.py", "_engines.py", "_parameters.py", "_plain.py", "_quick.py", "_threads.py", "_limits.py")
+RUNTIME = (
+    "_kernel.py",
+    "_engines.py",
+    "_limits.py",
+    "_overlap.py",
+    "_parameters.py",
+    "_plain.py",
+    "_quick.py",
+    "_signature.py",
+    "_threads.py",
+)
 """The array handling, copied as it is."""
 
 MEASURES = "_measures.py"
@@ -51,88 +62,6 @@ INVERSE = ("_inverse.py", "_nearest.py", "_targets.py")
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
 
 
-@dataclass(frozen=True, slots=True)
-class PublicKernel:
-    """One kernel of the module.
-
-    Attributes:
-        name: Its name.
-        brief: What it computes.
-        inputs: What it is given, as Python text.
-        results: What it gives, as Python text.
-        relation: The shapes of inputs and results in words.
-        operations: What a configuration costs.
-        wrapper: The class that it is an object of, with its type.
-        notes: More lines of its docstring.
-        options: Lines of more arguments of its constructor, as Python text.
-    """
-
-    name: str
-    brief: str
-    inputs: str
-    results: str
-    relation: str
-    operations: str
-    wrapper: str
-    notes: tuple[str, ...]
-    options: tuple[str, ...]
-
-    @property
-    def is_named(self) -> bool:
-        """Whether its results have an axis of tips or frames."""
-        return self.wrapper.startswith("NamedKernel")
-
-
-@dataclass(frozen=True, slots=True)
-class Numeric:
-    """The search for joint values.
-
-    Attributes:
-        name: Its name in the module.
-        kernel: Name of the kernel it searches on.
-        joints: Where each joint may stand, as Python text.
-        reach: What a position error is compared with.
-        tolerances: Accepted errors for float64 and for float32, as Python text.
-    """
-
-    name: str
-    kernel: str
-    joints: tuple[str, ...]
-    reach: str
-    tolerances: str
-
-
-@dataclass(frozen=True, slots=True)
-class PackageContext:
-    """What the template `python/__init__.py.jinja` is given."""
-
-    name: str
-    description: tuple[str, ...]
-    provenance: str
-    length: str
-    dof: int
-    joints: tuple[str, ...]
-    joint_names: tuple[str, ...]
-    limits: tuple[str, ...]
-    single_limits: tuple[str, ...]
-    actuators: tuple[tuple[str, str, str], ...]
-    actuator_lines: tuple[str, ...]
-    frames: tuple[str, ...]
-    tips: tuple[str, ...]
-    branches: tuple[str, ...]
-    varied: tuple[str, ...]
-    parameters: tuple[tuple[str, str], ...]
-    example: str
-    kernels: tuple[PublicKernel, ...]
-    reals: str
-    plain: bool
-    named: bool
-    has_jacobians: bool
-    numeric_inverse: Numeric | None
-    stamp: str
-    exported: tuple[str, ...]
-
-
 def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[str, str]:
     """Print the public module and the array handling it uses.
 
@@ -144,12 +73,29 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     Returns:
         Text by file name.
     """
+    context = _context(kernels, reals, stamp)
+    files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
+    files += (NAMES,) * context.named
+    files += INVERSE * bool(context.branches)
+    files += NUMERIC * kernels.numeric_inverse
+    banner = f"# {provenance(kernels.robot)}\n# SPDX-License-Identifier: 0BSD\n"
+    runtime = resources.files("kinegen.native.runtime")
+    return {
+        "__init__.py": environment().get_template("python/__init__.py.jinja").render(k=context),
+        **emit_stub(kernels, context),
+        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in files},
+        "py.typed": "",
+    }
+
+
+def _context(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> PackageContext:
+    """What the template of the public module is given."""
     robot = kernels.robot
     branches = branches_of(kernels)
     functions = tuple(_public(robot, program, branches) for program in kernels.programs)
     has_jacobians = any(array.name == "jacobian" for program in kernels.programs for array in program.signature.results)
     has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
-    context = PackageContext(
+    return PackageContext(
         name=robot.name,
         description=_paragraph(docstring_text(robot.description)),
         provenance=docstring_text(provenance(robot)),
@@ -179,17 +125,6 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
-    files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
-    files += (NAMES,) * context.named
-    files += INVERSE * bool(context.branches)
-    files += NUMERIC * kernels.numeric_inverse
-    banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
-    runtime = resources.files("kinegen.native.runtime")
-    return {
-        "__init__.py": environment().get_template("python/__init__.py.jinja").render(k=context),
-        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in files},
-        "py.typed": "",
-    }
 
 
 def _paragraph(text: str) -> tuple[str, ...]:
@@ -229,7 +164,7 @@ def _public(robot: Robot, program: Program, branches: Branches | None) -> Public
     inverse = branches if program.quantity.kind is Kind.INVERSE else None
     return PublicKernel(
         name=program.quantity.function,
-        brief=brief(program.signature),
+        brief=summary(brief(program.signature)),
         inputs=_arrays(program.signature.inputs),
         results=_arrays(results),
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
@@ -250,7 +185,8 @@ def _inverse_options(robot: Robot, inverse: Branches) -> tuple[str, ...]:
     lines = []
     for real in Real:
         joints = (
-            f"        ({each.turn!r}, {each.lowest!r}, {each.highest!r})," for each in turnings(robot, inverse, real)
+            f"        ({', '.join(map(_number, (each.turn, each.lowest, each.highest)))}),"
+            for each in turnings(robot, inverse, real)
         )
         lines += ["    (", *joints, "    ),"]
     return ("turnings=(", *lines, "),")
@@ -258,8 +194,13 @@ def _inverse_options(robot: Robot, inverse: Branches) -> tuple[str, ...]:
 
 def _arrays(arrays: tuple[Array, ...]) -> str:
     """Arrays as Python text."""
-    items = [f'Array("{array.name}", {_tuple(array.shape)}{", True" if array.is_pose else ""})' for array in arrays]
+    items = [f'Array("{array.name}", {_tuple(array.shape)}{_flags(array)})' for array in arrays]
     return f"({items[0]},)" if len(items) == 1 else f"({', '.join(items)})"
+
+
+def _flags(array: Array) -> str:
+    """What an array holds besides plain numbers, as arguments of Python."""
+    return ", True" * array.is_pose + ", is_truth=True" * array.is_truth
 
 
 def _tuple(shape: tuple[int, ...]) -> str:
@@ -300,6 +241,11 @@ def _numeric(kernels: Kernels) -> Numeric:
         reach=repr(float(reach(robot, robot.tips))),
         tolerances=repr(tuple(accepted)),
     )
+
+
+def _number(value: float) -> str:
+    """A number as Python formatters write it, without a plus sign in the exponent."""
+    return repr(value).replace("e+", "e")
 
 
 def _bound(value: float) -> str:

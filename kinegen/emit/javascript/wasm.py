@@ -1,0 +1,116 @@
+"""WebAssembly: the C of the batches, the command that compiles it, and a module that takes it or falls back.
+
+The compiled file is made by `npm run wasm`, or by the proof: what is written here is text, the same on every machine.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+from kinegen.emit.c.arguments import computed, given
+from kinegen.emit.c.batch import TILE_BYTES, emit_batch
+from kinegen.emit.c.kernel import emit_kernel
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Program
+from kinegen.naming import c_file, function
+from kinegen.outputs import Array
+
+FOLDER = "wasm"
+"""Where the C files are in the package."""
+
+FLAGS = (
+    "--target=wasm32 -O3 -msimd128 -ffreestanding -nostdlib -ffp-contract=off -std=c99 -Wl,--no-entry -Wl,--strip-all"
+    " -Wl,--stack-first"
+)
+
+MOST_RESULTS = 1000
+"""The most numbers of one configuration. clang compares every store of a loop with every other one, so the Hessian of a
+hand, 8,670 numbers, takes it five minutes; with this many it is seconds."""
+
+_PAGE = 65536
+"""Bytes of a page of memory; what is not the kernel's own, such as copies of registers, fits in one too."""
+
+
+@dataclass(frozen=True, slots=True)
+class WasmContext:
+    """What the template `javascript/wasm.js.jinja` is given."""
+
+    name: str
+    provenance: str
+    kernels: tuple[tuple[str, str], ...]
+    parameters: tuple[str, ...]
+    parameter_bytes: int
+
+
+def batched(kernels: Kernels) -> tuple[Program, ...]:
+    """The programs that have batches in WebAssembly: those with batches in C and at most `MOST_RESULTS` results."""
+    batches = (program for program in kernels.programs if given(program) and computed(program))
+    return tuple(program for program in batches if sum(map(_numbers, program.signature.results)) <= MOST_RESULTS)
+
+
+def emit_wasm(kernels: Kernels) -> dict[str, str]:
+    """Print the C files and the module.
+
+    Args:
+        kernels: The robot and its programs.
+
+    Returns:
+        Text by path in the package; nothing where no function has a batch.
+    """
+    programs, robot = batched(kernels), kernels.robot
+    if not programs:
+        return {}
+    alone = Kernels(robot, programs, kernels.defaults)
+    names = (c_file(robot.name, "h"), c_file(robot.name, "h", batch=True), c_file(robot.name, "c", batch=True))
+    sources = emit_kernel(alone, Real.DOUBLE) | emit_batch(alone, Real.DOUBLE)
+    context = WasmContext(
+        name=robot.name,
+        provenance=provenance(robot),
+        kernels=tuple((program.quantity.function, _shape(kernels, program)) for program in programs),
+        parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
+        parameter_bytes=8 * len(robot.runtime_parameters),
+    )
+    module = environment().get_template("javascript/wasm.js.jinja").render(k=context)
+    types = environment().get_template("javascript/wasm.d.ts.jinja").render(k=context)
+    files = {f"{robot.name}_wasm.js": module, f"{robot.name}_wasm.d.ts": types}
+    return files | {f"{FOLDER}/{name}": sources[name] for name in names}
+
+
+def compile_command(kernels: Kernels) -> str:
+    """The command that compiles the C files, in the folder of the package."""
+    robot = kernels.robot.name
+    exported = [function(robot, program.quantity.function, batch=True) for program in batched(kernels)]
+    exports = " ".join(f"-Wl,--export={name}" for name in ("__heap_base", *exported))
+    stack = f"-Wl,-z,stack-size={_stack(batched(kernels))}"
+    return f"clang {FLAGS} {stack} {exports} -o {robot}.wasm {FOLDER}/{c_file(robot, 'c', batch=True)}"
+
+
+def _stack(programs: tuple[Program, ...]) -> int:
+    """Bytes of stack, in whole pages: a tile of each input, result and statement of the longest kernel, and a page.
+
+    The linker's own choice is one page, and what runs over it is lost or spoils the constants.
+    """
+    arrays = ((*program.signature.inputs, *program.signature.results) for program in programs)
+    numbers = [sum(map(_numbers, each)) for each in arrays]
+    longest = max(count + len(program.statements) for count, program in zip(numbers, programs, strict=True))
+    return _PAGE * (1 + -(-TILE_BYTES * longest // _PAGE))
+
+
+def _shape(kernels: Kernels, program: Program) -> str:
+    """The function in C and the numbers of its arrays, as a literal; a truth value is a byte."""
+    name = function(kernels.robot.name, program.quantity.function, batch=True)
+    inputs, results = program.signature.inputs, program.signature.results
+    shape = {
+        "c": name,
+        "inputs": [_numbers(each) for each in inputs],
+        "results": [_numbers(each) for each in results],
+        "flags": [each.is_truth for each in results],
+    }
+    return json.dumps(shape)
+
+
+def _numbers(array: Array) -> int:
+    return array.blocks * array.stored

@@ -1,0 +1,212 @@
+"""The types of the public module of a robot, `__init__.pyi`: each kernel with its own arguments."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.python.context import PackageContext
+from kinegen.outputs import Array
+
+STUB = "__init__.pyi"
+"""Name of the file, beside the module that it describes."""
+
+_TYPE = "_Kernel_{}"
+
+
+@dataclass(frozen=True, slots=True)
+class StubKernel:
+    """One kernel.
+
+    Attributes:
+        name: Its name in the module.
+        base: The class that its own type derives from.
+        result: Type of what a call returns.
+        arguments: Arguments of a call, with types and defaults.
+        bound: Arguments of `bind`.
+        brief: What it computes, in one line.
+        relation: Shapes and units in words.
+    """
+
+    name: str
+    base: str
+    result: str
+    arguments: tuple[str, ...]
+    bound: tuple[str, ...]
+    brief: str
+    relation: str
+
+    @property
+    def type(self) -> str:
+        """Name of its type, which the module itself has not."""
+        return _TYPE.format(self.name)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Arguments of `by_name`, which takes inputs by their places."""
+        place = self.arguments.index("*")
+        return (*self.arguments[:place], "/", *self.arguments[place:])
+
+    @property
+    def is_named(self) -> bool:
+        """Whether its results have an axis of tips or frames."""
+        return self.base.startswith("NamedKernel")
+
+
+@dataclass(frozen=True, slots=True)
+class StubContext:
+    """What the template `python/__init__.pyi.jinja` is given.
+
+    Attributes:
+        name: Name of the robot.
+        provenance: The banner.
+        exported: Every public name.
+        names: Declarations of everything but kernels and parameters.
+        parameters: Names of the runtime parameters.
+        kernels: The kernels.
+    """
+
+    name: str
+    provenance: str
+    exported: tuple[str, ...]
+    names: tuple[str, ...]
+    parameters: tuple[str, ...]
+    kernels: tuple[StubKernel, ...]
+
+
+_PLACES = {
+    "collections.abc": ("Callable",),
+    "typing": ("Any", "Literal", "NamedTuple"),
+    "numpy.typing": ("ArrayLike", "NDArray"),
+    "._actuators": ("ReadingCheck",),
+    "._engines": ("Floats",),
+    "._inverse": ("Inverse", "Truths"),
+    "._kernel": ("Kernel", "Layout"),
+    "._limits": ("Clamp", "WithinLimits"),
+    "._measures": (),
+    "._names": ("ByName", "NamedKernel"),
+    "._numeric_inverse": ("NumericInverse",),
+    "._parameters": ("Values",),
+}
+"""Where the names that a stub may use come from."""
+
+_MEASURES = ("condition_number", "manipulability")
+
+_BLOCKS = (("collections.abc", "typing"), ("numpy.typing",))
+"""Modules of the standard library, and others; what is left is in the package."""
+
+
+def emit_stub(kernels: Kernels, package: PackageContext) -> dict[str, str]:
+    """Print the types of a module.
+
+    Args:
+        kernels: The robot and its programs.
+        package: What the template of the module is given.
+
+    Returns:
+        Text by file name.
+    """
+    context = _context(kernels, package)
+    template = environment().get_template("python/__init__.pyi.jinja")
+    words = set(re.findall(r"\w+", template.render(s=context, imports=())))
+    return {STUB: template.render(s=context, imports=_imports(words, package.has_jacobians))}
+
+
+def _context(kernels: Kernels, context: PackageContext) -> StubContext:
+    """What the template of the types is given."""
+    both = zip(context.kernels, kernels.programs, strict=True)
+    ranges = "ACTUATOR_RANGES: tuple[tuple[float, float], ...]"
+    units = ("ACTUATOR_UNITS: tuple[str, ...]", "check_actuators: ReadingCheck")
+    actuators = ("ACTUATORS: tuple[str, ...]", ranges, *units)
+    lists = {"FRAMES": context.frames, "TIPS": context.tips, "BRANCHES": context.branches, "PARAMETERS": context.varied}
+    return StubContext(
+        name=context.name,
+        provenance=provenance(kernels.robot),
+        exported=context.exported,
+        names=(
+            "DOF: int",
+            "JOINTS: tuple[str, ...]",
+            "LIMITS: tuple[tuple[float, float] | None, ...]",
+            *(f"{name}: tuple[str, ...]" for name, entries in lists.items() if entries),
+            *(actuators if context.actuators else ()),
+            "within_limits: WithinLimits",
+            "clamp: Clamp",
+            *([f"{context.numeric_inverse.name}: NumericInverse"] if context.numeric_inverse else []),
+            "backend: str",
+        ),
+        parameters=tuple(name for name, _ in context.parameters),
+        kernels=tuple(
+            _kernel(
+                public.name,
+                public.wrapper,
+                program.signature.inputs,
+                program.signature.results,
+                public.brief[0],
+                f"{public.relation}; angles in rad, lengths in {context.length}.",
+                has_params=bool(context.parameters),
+            )
+            for public, program in both
+        ),
+    )
+
+
+def _imports(words: set[str], has_measures: bool) -> tuple[str, ...]:
+    """The imports of what is used, in the order of a linter."""
+    lines: list[str] = []
+    for block in (*_BLOCKS, tuple(place for place in _PLACES if place.startswith("."))):
+        for place in block:
+            names = [name for name in _PLACES[place] if name in words]
+            lines += [f"from {place} import {', '.join(names)}"] if names else []
+            # Functions that are public as they are.
+            is_public = place == "._measures" and has_measures
+            lines += [f"from ._measures import {name} as {name}" for name in _MEASURES] if is_public else []
+        lines.append("")
+    return tuple(lines[:-1])
+
+
+def _kernel(
+    name: str,
+    wrapper: str,
+    inputs: tuple[Array, ...],
+    results: tuple[Array, ...],
+    brief: str,
+    relation: str,
+    *,
+    has_params: bool,
+) -> StubKernel:
+    """A kernel as its stub has it.
+
+    Args:
+        name: Its name in the module.
+        wrapper: The class that it is an object of, such as `Kernel[Floats]` or `Inverse`.
+        inputs: What it is given.
+        results: What it gives.
+        brief: What it computes, in one line.
+        relation: Shapes and units in words.
+        has_params: Whether the robot has runtime parameters.
+    """
+    is_inverse = wrapper == "Inverse"
+    result = "tuple[Floats, Truths]" if is_inverse else wrapper.partition("[")[2].removesuffix("]")
+    given = "tuple[Floats, NDArray[Any]]" if is_inverse else result
+    params = ("params: Params | None = None",) * has_params
+    layouts = 'Layout = "4x4"' if any(each.is_pose for each in results) else 'Literal["4x4", "joint_major"] = "4x4"'
+    options = (*params, f"out: {given} | None = None", "threads: int = 1", f"layout: {layouts}")
+    options += ("nearest: ArrayLike | None = None", "check: bool = True") if is_inverse else ()
+    taken = (f"{each.name}: Floats" for each in inputs)
+    written = (f"{_free(each, inputs)}: NDArray[Any]" for each in results)
+    return StubKernel(
+        name=name,
+        base=wrapper,
+        result=result,
+        arguments=(*(f"{each.name}: ArrayLike" for each in inputs), "*", *options),
+        bound=(*taken, *written, "/", "*", *params, f"layout: {layouts}"),
+        brief=brief,
+        relation=relation,
+    )
+
+
+def _free(result: Array, inputs: tuple[Array, ...]) -> str:
+    """Name of a result among arguments, of which an input may have the same."""
+    return f"{result.name}_out" if result.name in [each.name for each in inputs] else result.name

@@ -1,0 +1,57 @@
+"""Rust: a crate without the standard library, without unsafe code and without dependencies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from kinegen.emit.language import Language, refuses_nothing
+from kinegen.emit.reals import Real
+
+if TYPE_CHECKING:
+    from kinegen.emit.c.expected import Vectors
+    from kinegen.emit.kernels import Kernels
+    from kinegen.emit.printing import Syntax
+    from kinegen.ir.program import Operator
+
+_WORDS = frozenset(
+    """abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if
+    impl in let loop macro match mod move mut override priv pub ref return self static struct super trait true try type
+    typeof union unsafe unsized use virtual where while yield Self""".split()
+)
+"""Keywords of all editions, and those that are kept for later ones."""
+
+_CRATES = frozenset("alloc cc core glam nalgebra proc_macro std test f32 f64".split())
+"""Crates and types that a crate of the same name would hide."""
+
+
+def _syntax(real: str) -> Syntax[Operator]:
+    from kinegen.emit.rust.syntax import rust_syntax
+
+    return rust_syntax(Real(real))
+
+
+def _files(kernels: Kernels, real: str) -> dict[str, str]:
+    # Here, so that the list of languages is quick to read.
+    from kinegen.emit.rust.crate import emit_rust
+
+    return emit_rust(kernels, Real(real))
+
+
+def _tests(kernels: Kernels, real: str, vectors: Vectors) -> dict[str, str]:
+    from kinegen.emit.rust.vectors import emit_rust_tests
+
+    return emit_rust_tests(kernels, vectors, Real(real))
+
+
+RUST = Language(
+    name="rust",
+    title="Rust",
+    reals=tuple(Real),
+    syntax=_syntax,
+    files=_files,
+    refuses=refuses_nothing,
+    tools=("rustc",),
+    install="rustc",
+    tests=_tests,
+    reserved=_WORDS | _CRATES,
+)
