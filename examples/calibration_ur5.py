@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.build import build
 from kinegen.emit.reals import Real
 from kinegen.outputs import Kind, Quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions
 
 try:

@@ -25,6 +25,7 @@ typedef struct {
     npy_intp shape[4];
     int is_pose;       /* whether it holds matrices, whose last rows some layouts leave out */
     int is_empty;      /* whether it has no elements: a vector of no joints, a Jacobian by none */
+    int is_truth;      /* whether it holds truth values, a byte each, whatever the numbers of the others are */
 } Form;
 
 /* Where an array of a call lies, with strides in elements. */
@@ -41,6 +42,18 @@ typedef struct {
     size_t count;
     ptrdiff_t sets;    /* from the parameters of one configuration to those of the next, in structs; 0 is one for all */
 } Call;
+
+/* The type of the entries of an array in a call with numbers of a type. */
+static int entry_type(const Form *form, int type)
+{
+    return form->is_truth ? NPY_BOOL : type;
+}
+
+/* Bytes of such an entry. */
+static npy_intp bytes_of(const Form *form, int type)
+{
+    return form->is_truth ? 1 : type == NPY_DOUBLE ? (npy_intp)sizeof(double) : (npy_intp)sizeof(float);
+}
 
 /* The first and the last byte that an array touches, the last one exclusive. */
 static void extent(PyArrayObject *array, npy_intp size, const char **low, const char **high)
@@ -103,12 +116,12 @@ static int has_shape(PyArrayObject *array, int lead, const Form *form, int layou
     return 1;
 }
 
-/* Whether two arrays can be told to be apart by where they begin and end. */
-static int are_apart(PyArrayObject *first, PyArrayObject *second, npy_intp size)
+/* Whether two arrays, each with the bytes of its entries, can be told to be apart by where they begin and end. */
+static int are_apart(PyArrayObject *first, npy_intp first_size, PyArrayObject *second, npy_intp second_size)
 {
     const char *low[2], *high[2];
-    extent(first, size, &low[0], &high[0]);
-    extent(second, size, &low[1], &high[1]);
+    extent(first, first_size, &low[0], &high[0]);
+    extent(second, second_size, &low[1], &high[1]);
     return high[0] <= low[1] || high[1] <= low[0];
 }
 
@@ -158,7 +171,8 @@ static int find_place(PyArrayObject *array, int lead, npy_intp count, npy_intp s
 /* Whether an array has the type, the leading axes and the shape that the others and the kernel have. */
 static int fits(PyArrayObject *array, PyArrayObject *first, int lead, const Form *form, int is_result, int layout)
 {
-    if (PyArray_TYPE(array) != PyArray_TYPE(first) || !is_behaved(array, is_result ? NPY_ARRAY_WRITEABLE : 0)) return 0;
+    if (PyArray_TYPE(array) != entry_type(form, PyArray_TYPE(first))) return 0;
+    if (!is_behaved(array, is_result ? NPY_ARRAY_WRITEABLE : 0)) return 0;
     if (!has_shape(array, lead, form, layout)) return 0;
     for (int i = 0; i < lead; ++i) {
         if (PyArray_DIM(array, i) != PyArray_DIM(first, i)) return 0;
@@ -172,7 +186,6 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
 {
     PyArrayObject *const first = (PyArrayObject *)addresses[0];
     const int lead = PyArray_NDIM(first) - inner_rank(&forms[0], layout), type = PyArray_TYPE(first);
-    const npy_intp size = type == NPY_DOUBLE ? (npy_intp)sizeof(double) : (npy_intp)sizeof(float);
     npy_intp count = 1;
 
     if (lead < 0 || (type != NPY_DOUBLE && type != NPY_FLOAT)) return 0;
@@ -186,6 +199,7 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
     for (int i = 0; i < arrays; ++i) {
         PyArrayObject *const array = (PyArrayObject *)addresses[i];
         const int is_result = i >= inputs;
+        const npy_intp size = bytes_of(&forms[i], type);
         if (!fits(array, first, lead, &forms[i], is_result, layout)) return 0;
         if (forms[i].is_empty) { /* nothing is read or written */
             places[i] = (Place){PyArray_DATA(array), 0, 0};
@@ -194,7 +208,8 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
         if (!find_place(array, lead, count, size, is_result, layout, &places[i])) return 0;
         if (call->single && !is_dense(array, lead, size)) return 0;
         for (int other = 0; is_result && count != 0 && other < i; ++other) {
-            if (!forms[other].is_empty && !are_apart((PyArrayObject *)addresses[other], array, size)) return 0;
+            PyArrayObject *const before = (PyArrayObject *)addresses[other];
+            if (!forms[other].is_empty && !are_apart(before, bytes_of(&forms[other], type), array, size)) return 0;
         }
     }
     return 1;

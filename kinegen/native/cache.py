@@ -37,11 +37,14 @@ class Cache:
 
     Args:
         folder: Where it is; by default `kinegen` in the user's cache folder, and nowhere if there is no home folder.
+        shelf: Folder of the entries in it. Small entries that every command needs have one of their own, from which
+            extensions do not displace them.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | None = None, shelf: str = "extensions") -> None:
         self.folder = folder or _user_folder()
-        self.refusal = "" if self.folder is None else _refusal(self.folder)
+        self.shelf = shelf
+        self.refusal = "" if self.folder is None else _refusal(self.folder, shelf)
         """Why the folder is not used, in one line; empty where it is."""
 
     def key(self, *parts: object) -> str:
@@ -132,7 +135,7 @@ class Cache:
         return target
 
     def _path(self, key: str) -> Path | None:
-        return self.folder / "extensions" / key if self.folder and key and not self.refusal else None
+        return self.folder / self.shelf / key if self.folder and key and not self.refusal else None
 
 
 def _seal(key: str, content: bytes) -> bytes:
@@ -152,9 +155,9 @@ def _user_folder() -> Path | None:
     return home / ".cache" / "kinegen" if os.environ.get("HOME", "?") and home.is_dir() else None
 
 
-def _refusal(folder: Path) -> str:
+def _refusal(folder: Path, shelf: str) -> str:
     """Why a folder is not to be trusted; empty if it is, or does not exist yet."""
-    for place in (folder, folder / "extensions"):
+    for place in (folder, folder / shelf):
         try:
             status = place.stat()
         except OSError:

@@ -21,8 +21,6 @@
 #define SMALL 16384
 /* Configurations that are worth letting other threads run meanwhile. */
 #define WORTH_UNLOCKING 32
-/* Solutions that an inverse may have here. */
-#define MOST_BRANCHES 64
 
 /* One kernel: its arrays, inputs first, and what evaluates it where `read_arrays` found them; 0 for a missing type. */
 typedef struct {
@@ -122,7 +120,7 @@ static int is_array(PyObject *thing)
 /* Whether an array is one configuration of a form, in one piece. */
 static int is_single(PyArrayObject *array, const Form *form, int type, int flags)
 {
-    if (PyArray_NDIM(array) != form->rank || PyArray_TYPE(array) != type) return 0;
+    if (PyArray_NDIM(array) != form->rank || PyArray_TYPE(array) != entry_type(form, type)) return 0;
     for (int i = 0; i < form->rank; ++i) {
         if (PyArray_DIM(array, i) != form->shape[i]) return 0;
     }
@@ -133,14 +131,15 @@ static int is_single(PyArrayObject *array, const Form *form, int type, int flags
 static int read_single(const Entry *entry, PyArrayObject *const *arrays, int known, Place *places, Call *call)
 {
     const int type = PyArray_TYPE(arrays[0]);
-    const npy_intp size = type == NPY_DOUBLE ? (npy_intp)sizeof(double) : (npy_intp)sizeof(float);
     if (type != NPY_DOUBLE && type != NPY_FLOAT) return 0;
     for (int i = 0; i < known; ++i) {
         const int is_result = i >= entry->inputs;
         if (!is_single(arrays[i], &entry->forms[i], type, is_result ? NPY_ARRAY_WRITEABLE : 0)) return 0;
         for (int other = 0; is_result && other < i; ++other) {
-            const int is_empty = entry->forms[other].is_empty || entry->forms[i].is_empty;
-            if (!is_empty && !are_apart(arrays[other], arrays[i], size)) return 0;
+            const Form *const first = &entry->forms[other], *const second = &entry->forms[i];
+            const npy_intp first_size = bytes_of(first, type), second_size = bytes_of(second, type);
+            if (first->is_empty || second->is_empty) continue;
+            if (!are_apart(arrays[other], first_size, arrays[i], second_size)) return 0;
         }
     }
     for (int i = 0; i < known; ++i) places[i] = (Place){PyArray_DATA(arrays[i]), 0, 1};
@@ -156,7 +155,7 @@ static int make_results(const Entry *entry, PyArrayObject **arrays, int lead)
     for (int i = entry->inputs; i < entry->arrays; ++i) {
         const Form *const form = &entry->forms[i];
         for (int k = 0; k < form->rank; ++k) shape[lead + k] = form->shape[k];
-        arrays[i] = (PyArrayObject *)NEW_ARRAY(lead + form->rank, shape, PyArray_TYPE(arrays[0]));
+        arrays[i] = (PyArrayObject *)NEW_ARRAY(lead + form->rank, shape, entry_type(form, PyArray_TYPE(arrays[0])));
         if (arrays[i] == NULL) {
             while (--i >= entry->inputs) Py_DECREF(arrays[i]);
             return 0;
@@ -304,7 +303,7 @@ static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *n
     PyArrayObject *arrays[4];
     Place places[4];
     Call call;
-    union { double wide; float narrow; } exists;
+    npy_bool exists;
     PyObject *result;
     int found;
     if (take_inputs(entry, args, arrays) != 0 || !read_single(entry, arrays, 2, places, &call)
@@ -325,9 +324,8 @@ static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *n
         Py_DECREF(result);
         return call_slowly(self, args, 1, names);
     }
-    found = call.type == NPY_DOUBLE ? exists.wide != 0 : exists.narrow != 0;
-    Py_INCREF(truths[found]);
-    PyTuple_SetItem(result, 1, truths[found]);
+    Py_INCREF(truths[exists != 0]);
+    PyTuple_SetItem(result, 1, truths[exists != 0]);
     return result;
 }
 
@@ -338,42 +336,23 @@ static int is_alone(PyObject *names, const char *name)
         && PyUnicode_CompareWithASCIIString(PyTuple_GetItem(names, 0), name) == 0;
 }
 
-/* A call of an inverse with one target: `inverse(T)`. Validity comes as truth values. */
+/* A call of an inverse with one target: `inverse(T)`. */
 static PyObject *call_inverse(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
 {
     const Quick *const quick = quick_of(self);
     const Entry *const entry = quick->entry;
     const size_t count = COUNT_OF(nargsf);
-    PyArrayObject *arrays[3];
-    Place places[3];
-    Call call;
-    double valid[MOST_BRANCHES];
-    npy_bool *holds;
-    int type;
+    PyArrayObject *arrays[MOST_ARRAYS];
     if (count == 1 && quick->nearest != NULL && is_alone(names, "nearest")) return call_nearest(self, args, names);
     if (count != 1 || names != NULL || take_inputs(entry, args, arrays) != 0
-        || !read_single(entry, arrays, 1, places, &call) || !is_target(places[0].data, call.type)) {
+        || !is_single(arrays[0], &entry->forms[0], PyArray_TYPE(arrays[0]), 0)
+        || !is_target(PyArray_DATA(arrays[0]), PyArray_TYPE(arrays[0]))) {
         return call_slowly(self, args, count, names);
     }
-    type = call.type;
-    arrays[1] = (PyArrayObject *)NEW_ARRAY(entry->forms[1].rank, entry->forms[1].shape, type);
-    if (arrays[1] == NULL) return NULL;
-    arrays[2] = (PyArrayObject *)NEW_ARRAY(1, entry->forms[2].shape, NPY_BOOL);
-    if (arrays[2] == NULL) {
-        Py_DECREF(arrays[1]);
-        return NULL;
-    }
-    places[1] = (Place){PyArray_DATA(arrays[1]), 0, 1};
-    places[2] = (Place){valid, 0, 1};
-    if (!entry->run(quick->params, places, &call, LAYOUT_4X4)) {
-        drop_results(entry, arrays);
-        return call_slowly(self, args, count, names);
-    }
-    holds = (npy_bool *)PyArray_DATA(arrays[2]);
-    for (npy_intp i = 0; i < entry->forms[2].shape[0]; ++i) {
-        holds[i] = (type == NPY_DOUBLE ? valid[i] : (double)((const float *)(const void *)valid)[i]) != 0;
-    }
-    return handed_on(entry, arrays);
+    if (!make_results(entry, arrays, 0)) return NULL;
+    if (evaluate(quick, arrays, 0, entry->inputs)) return handed_on(entry, arrays);
+    drop_results(entry, arrays);
+    return call_slowly(self, args, count, names);
 }
 
 /* Find the functions of NumPy; 0, without an exception, where it is none of those that are known. */
@@ -463,9 +442,7 @@ static PyObject *quicken(PyObject *module, PyObject *args)
     entry = find_entry(name);
     if (entry == NULL || entry->arrays > MOST_ARRAYS) return PyBool_FromLong(0);
     is_inverse = strcmp(kind, "inverse") == 0;
-    if (is_inverse && (entry->inputs != 1 || entry->arrays != 3 || entry->forms[2].shape[0] > MOST_BRANCHES)) {
-        return PyBool_FromLong(0);
-    }
+    if (is_inverse && entry->inputs != 1) return PyBool_FromLong(0);
     quick = quick_of(self);
     for (int i = 0; i < 2; ++i) quick->params[i] = PyLong_AsVoidPtr(addresses[i]);
     if (PyErr_Occurred()) return NULL;

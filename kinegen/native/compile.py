@@ -40,6 +40,9 @@ PyMODINIT_FUNC PyInit__native(void) {{ return kinegen_with_calls(kinegen_cffi_mo
 #define PyInit__native kinegen_cffi_module"""
 
 _PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
+_LONG = 3000
+"""Lines of a function from which on compilers hurry: about 80 rows of a chain, or large derivatives of 20 joints."""
+
 _OBJECT = ("-fPIC", "-fvisibility=hidden", "-w", "-c")
 _SHARED = ("-shared",) if sys.platform != "darwin" else ("-bundle", "-undefined", "dynamic_lookup")
 
@@ -98,7 +101,7 @@ def compile_extension(
     """
     compiler = find_compiler()
     python = sysconfig.get_config_var("SOABI"), cffi.__version__, np.__version__
-    words = compiler.scheduling, _OBJECT, _SHARED
+    words = compiler.scheduling, compiler.haste, _LONG, _OBJECT, _SHARED
     store = Cache(cache)
     key = store.key(sorted(sources.items()), tuple(units), cdef, module, compiler, words, python, place)
     if (known := store.load(key)) is not None:
@@ -125,7 +128,7 @@ def _build(
 
     def start(unit: Unit) -> Future[None]:
         output = ("-o", f"{unit.name}.o", unit.source)
-        order = compiler.scheduling if unit.source.endswith("_batch.c") else ()
+        order = _order(compiler, sources[unit.source]) if unit.source.endswith("_batch.c") else ()
         return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source, stop)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
@@ -148,6 +151,12 @@ def _build(
             f"'{compiler.command[0]}' reported success and wrote no {EXTENSION}; CC must name a C compiler"
         )
     return sealed((folder / EXTENSION).read_bytes())
+
+
+def _order(compiler: Compiler, text: str) -> tuple[str, ...]:
+    """How a compiler treats the loops of a batch file, by the length of the longest function."""
+    longest = max(function.count("\n") for function in text.split("\n}\n"))
+    return compiler.haste if longest > _LONG else compiler.scheduling
 
 
 def _own_units() -> tuple[Unit, Unit]:

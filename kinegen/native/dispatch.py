@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kinegen import naming
 from kinegen.native.flags import Flags
 from kinegen.native.glue import HEADER, Function, Interface, batch_arguments
 
@@ -59,12 +60,15 @@ def units(interface: Interface, names: tuple[str, ...], flags: Flags) -> tuple[U
     Returns:
         One compilation for each file, or for each variant of a batch file.
     """
-    batches = {f"{interface.prefix(real)}_batch.c": real for real in interface.reals}
+    batches = {naming.c_file(interface.symbol, "c", real, batch=True): real for real in interface.reals}
     found = [Unit(PROCESSOR, PROCESSOR.removesuffix(".c"), ("-std=gnu99", "-O2"))]
     for name in names:
         stem, plain = name.removesuffix(".c"), flags.arguments(batch=name in batches)
         if name in batches and flags.variants:
-            functions = [f"{interface.prefix(batches[name])}_{function.name}_batch" for function in interface.functions]
+            functions = [
+                naming.function(interface.symbol, function.name, batches[name], batch=True)
+                for function in interface.functions
+            ]
             for variant in flags.variants:
                 renames = tuple(f"-D{function}={function}_{variant.name}" for function in functions)
                 found.append(Unit(name, f"{stem}_{variant.name}", (*plain, *variant.arguments(), *renames)))
@@ -171,7 +175,7 @@ def _passing_on(interface: Interface, function: Function, flags: Flags) -> str:
     """The batch kernels of the plain names."""
     text = ""
     for real in interface.reals:
-        name = f"{interface.prefix(real)}_{function.name}_batch"
+        name = naming.function(interface.symbol, function.name, real, batch=True)
         arguments = batch_arguments(interface, function, real)
         values = ", ".join(argument.split()[-1].lstrip("*") for argument in arguments)
         forms = ", ".join(f"{name}_{variant.name}" for variant in flags.variants)

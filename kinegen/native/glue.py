@@ -23,7 +23,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 
+from kinegen import naming
 from kinegen.emit.c.arguments import batch_arguments as c_batch_arguments
+from kinegen.emit.c.arguments import number_type
+from kinegen.emit.c.truths import TRUTH
 from kinegen.outputs import Array
 
 HEADER = "kinegen_glue.h"
@@ -75,15 +78,17 @@ class Interface:
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""
-        return self.symbol if real == "double" else f"{self.symbol}_f32"
+        return naming.prefix(self.symbol, real)
 
     def params(self, real: str) -> str:
         """Type of the runtime parameters; empty where there are none."""
-        return f"{self.prefix(real)}_params" if self.parameters else ""
+        return naming.params_type(self.symbol, real) if self.parameters else ""
 
     def headers(self) -> tuple[str, ...]:
         """The headers that declare the kernels."""
-        return tuple(f"{self.prefix(real)}{part}.h" for real in self.reals for part in ("", "_batch"))
+        return tuple(
+            naming.c_file(self.symbol, "h", real, batch=batch) for real in self.reals for batch in (False, True)
+        )
 
 
 def declarations(interface: Interface) -> str:
@@ -102,15 +107,14 @@ def declarations(interface: Interface) -> str:
             lines += [
                 "typedef struct {",
                 *(f"    {real} {name};" for name in interface.parameters),
-                f"}} {prefix}_params;",
+                f"}} {interface.params(real)};",
             ]
         for function in interface.functions:
             lines.append(f"{_pointers(interface, function, real)};")
             kind = "int" if function.returns_last else "void"
             lines.append(f"{kind} {prefix}_{function.name}({_scalar_arguments(interface, function, real)});")
-            lines.append(
-                f"void {prefix}_{function.name}_batch({', '.join(batch_arguments(interface, function, real))});"
-            )
+            batch = naming.function(interface.symbol, function.name, real, batch=True)
+            lines.append(f"void {batch}({', '.join(batch_arguments(interface, function, real))});")
     lines += [f"{_arrays(interface, function)};" for function in interface.functions]
     return "\n".join(lines) + "\n"
 
@@ -208,28 +212,29 @@ def _scalar_arguments(interface: Interface, function: Function, real: str) -> st
     parts = [f"const {real} {array.name}[{array.stored}]" for array in function.inputs if array.size]
     parts += [f"const {interface.params(real)} *params"] * bool(interface.parameters)
     for array in function.stored:
-        outer = f"[{array.blocks}]" if array.per_frame else ""
-        parts += [f"{real} {array.name}{outer}[{array.stored}]"] * bool(array.size)
+        outer = f"[{array.blocks}]" if array.in_blocks else ""
+        parts += [f"{number_type(array, real)} {array.name}{outer}[{array.stored}]"] * bool(array.size)
     return ", ".join(parts) or "void"
 
 
 def _pointers(interface: Interface, function: Function, real: str) -> str:
     params = [f"const {interface.params(real)} *params"] * bool(interface.parameters)
     inputs = [f"const {real} *{array.name}" for array in function.inputs]
-    results = [f"{real} *{array.name}" for array in function.results]
-    return f"void {interface.prefix(real)}_{function.name}_pointers({', '.join([*params, *inputs, *results])})"
+    results = [f"{number_type(array, real)} *{array.name}" for array in function.results]
+    name = naming.companion(naming.function(interface.symbol, function.name, real), "pointers")
+    return f"void {name}({', '.join([*params, *inputs, *results])})"
 
 
 def _pointers_definition(interface: Interface, function: Function, real: str) -> str:
     arguments = [array.name for array in function.inputs if array.size]
     arguments += ["params"] * bool(interface.parameters)
     for array in function.stored:
-        place = f"({real} (*)[{array.stored}]){array.name}" if array.per_frame else array.name
+        place = f"({real} (*)[{array.stored}]){array.name}" if array.in_blocks else array.name
         arguments += [place] * bool(array.size)
     arrays = (*function.inputs, *function.results)
     unused = "".join(f"    (void){array.name};\n" for array in arrays if not array.size)
-    answer = f"{function.results[-1].name}[0] = ({real})" if function.returns_last else ""
-    call = f"    {answer}{interface.prefix(real)}_{function.name}({', '.join(arguments)});"
+    answer = f"{function.results[-1].name}[0] = ({TRUTH})" if function.returns_last else ""
+    call = f"    {answer}{naming.function(interface.symbol, function.name, real)}({', '.join(arguments)});"
     return f"{_pointers(interface, function, real)}\n{{\n{unused}{call}\n}}\n"
 
 
@@ -237,18 +242,20 @@ def _arrays(interface: Interface, function: Function) -> str:
     params = [f"const {interface.params(real)} *params_{real}" for real in interface.reals if interface.parameters]
     params += ["uintptr_t sets"] * bool(interface.parameters)
     arrays = [f"uintptr_t {array.name}" for array in (*function.inputs, *function.results)]
-    return f"int {interface.symbol}_{function.name}_arrays({', '.join([*params, *arrays, 'int layout'])})"
+    name = naming.companion(naming.function(interface.symbol, function.name), "arrays")
+    return f"int {name}({', '.join([*params, *arrays, 'int layout'])})"
 
 
 def _arrays_definition(interface: Interface, function: Function) -> str:
     """The forms of the arrays, the kernel for arrays that were found, and what cffi calls with their addresses."""
     arrays = (*function.inputs, *function.results)
-    stem, counts = f"{interface.symbol}_{function.name}", f"{len(function.inputs)}, {len(arrays)}"
+    forms, run = _form_and_run(interface, function)
+    counts = f"{len(function.inputs)}, {len(arrays)}"
     named = [f"params_{real}" if interface.parameters and real in interface.reals else "NULL" for real in _REALS]
     taken = f"take_sets(sets, {len(interface.parameters)}, &call)"
     return "\n".join(
         [
-            f"static const Form {stem}_forms[] = {{{', '.join(_form(array) for array in arrays)}}};",
+            f"static const Form {forms}[] = {{{', '.join(_form(array) for array in arrays)}}};",
             "",
             _run_definition(interface, function),
             "",
@@ -258,26 +265,33 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
             f"    const void *params[] = {{{', '.join(named)}}};",
             f"    Place places[{len(arrays)}];",
             "    Call call;",
-            f"    if (!read_arrays(addresses, {stem}_forms, {counts}, layout, places, &call)) return 0;",
+            f"    if (!read_arrays(addresses, {forms}, {counts}, layout, places, &call)) return 0;",
             *[f"    if (sets != 0 && (params[0] = params[1] = {taken}) == NULL) return 0;"]
             * bool(interface.parameters),
-            f"    return {stem}_run(params, places, &call, layout);",
+            f"    return {run}(params, places, &call, layout);",
             "}",
         ]
     )
+
+
+def _form_and_run(interface: Interface, function: Function) -> tuple[str, str]:
+    """The names of the table of forms, and of the function that runs a kernel."""
+    name = naming.function(interface.symbol, function.name)
+    return naming.companion(name, "forms"), naming.companion(name, "run")
 
 
 def _run_definition(interface: Interface, function: Function) -> str:
     """The kernel of either type, scalar or batch, for arrays that were found."""
     count, inputs = len(function.inputs) + len(function.results), range(len(function.inputs))
     lines = [
-        f"static int {interface.symbol}_{function.name}_run(",
+        f"static int {_form_and_run(interface, function)[1]}(",
         "    const void *const *params, const Place *p, const Call *call, int layout)",
         "{",
         "    (void)params;",
     ]
     for real in interface.reals:
-        name = f"{interface.prefix(real)}_{function.name}"
+        name = naming.function(interface.symbol, function.name, real)
+        pointers, batched = (naming.companion(name, part) for part in ("pointers", "batch"))
         params = [f"(const {interface.params(real)} *)params[{_REALS.index(real)}]"] * bool(interface.parameters)
         single = [*params, *(f"p[{index}].data" for index in range(count))]
         batch = [f"p[{index}].{word}" for index in inputs for word in ("data", "pose", "joint")]
@@ -285,8 +299,8 @@ def _run_definition(interface: Interface, function: Function) -> str:
         batch += [f"p[{index}].{word}" for index in range(len(inputs), count) for word in ("data", "pose")]
         lines += [
             f"    if (call->type == NPY_{real.upper()}) {{",
-            f"        if (call->single) {name}_pointers({', '.join(single)});",
-            f"        else {name}_batch(call->count, {', '.join(batch)}, layout);",
+            f"        if (call->single) {pointers}({', '.join(single)});",
+            f"        else {batched}(call->count, {', '.join(batch)}, layout);",
             "        return 1;",
             "    }",
         ]
@@ -297,9 +311,9 @@ def _entries(interface: Interface) -> str:
     """The kernels by name, for calls without Python code around them."""
     lines = ["static const Entry *find_entry(const char *name)", "{", "    static const Entry entries[] = {"]
     for function in interface.functions:
-        stem, inputs = f"{interface.symbol}_{function.name}", len(function.inputs)
+        (forms, run), inputs = _form_and_run(interface, function), len(function.inputs)
         numbers = f"{inputs}, {inputs + len(function.results)}"
-        lines.append(f'        {{"{function.name}", {numbers}, {stem}_forms, {stem}_run}},')
+        lines.append(f'        {{"{function.name}", {numbers}, {forms}, {run}}},')
     return "\n".join(
         [
             *lines,
@@ -315,4 +329,4 @@ def _entries(interface: Interface) -> str:
 
 def _form(array: Array) -> str:
     shape = ", ".join(str(extent) for extent in array.shape or (0,))
-    return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}, {int(not array.size)}}}"
+    return f"{{{len(array.shape)}, {{{shape}}}, {int(array.is_pose)}, {int(not array.size)}, {int(array.is_truth)}}}"

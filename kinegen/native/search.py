@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kinegen.naming import companion, function
 from kinegen.native.glue import HEADER, Interface
 from kinegen.outputs import NUMERIC_INVERSE
 
@@ -48,7 +49,8 @@ def _head(interface: Interface, real: str) -> str:
         "int32_t *iterations",
         "unsigned char *solved",
     )
-    return f"void {interface.prefix(real)}_{NUMERIC_INVERSE.function}_many({', '.join(arguments)})"
+    name = companion(function(interface.symbol, NUMERIC_INVERSE.function, real), "many")
+    return f"void {name}({', '.join(arguments)})"
 
 
 def _definition(interface: Interface, real: str) -> str:

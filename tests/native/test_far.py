@@ -62,7 +62,7 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
     module, seen = load("chain", backend), []
     kernel, n = module.fk, 2**32 + 3
     # The rows of the result lie over each other here, so that they take no memory.
-    monkeypatch.setattr(sys.modules[f"{module.__name__}._kernel"], "_overlaps_itself", lambda _: False)
+    monkeypatch.setattr(sys.modules[f"{module.__name__}._kernel"], "overlaps_itself", lambda _: False)
     monkeypatch.setattr(kernel._engine, "block", 1 << 24)
     monkeypatch.setattr(kernel._engine, "fill", lambda *arguments: seen.append(arguments[-1][-1].shape))
     q = np.broadcast_to(np.zeros((3, 1)), (3, n))
@@ -78,6 +78,6 @@ def test_rows_beyond_32_bits_that_overlap_are_noticed(load: Loader, step: int, e
     """Addresses alone, of memory that is not there."""
     kernel = sys.modules[f"{load('chain', 'numpy').__name__}._kernel"]
 
-    found = kernel._overlaps_itself(as_strided(np.zeros(1), (12, 2**32 + 3), (8 * step, 8)))
+    found = kernel.overlaps_itself(as_strided(np.zeros(1), (12, 2**32 + 3), (8 * step, 8)))
 
     assert found is expected

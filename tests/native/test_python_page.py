@@ -17,7 +17,7 @@ EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.py"))
 def test_it_names_every_argument() -> None:
     for call in (_kernel.Kernel.__call__, _kernel.Kernel.bind):
         for name in inspect.signature(call).parameters:
-            assert name in ("self", "others", "arrays") or f"`{name}`" in PAGE, name
+            assert name in ("self", "others", "arrays", "named") or f"`{name}`" in PAGE, name
     for layout in ("4x4", "3x4", "joint_major"):
         assert f'`"{layout}"`' in PAGE
 

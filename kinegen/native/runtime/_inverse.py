@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Floats
-from ._kernel import Kernel, Layout, check_apart
+from ._kernel import Kernel, Layout
 from ._nearest import NearestFormula
+from ._overlap import check_apart
 from ._parameters import checked_params, settled_params
+from ._signature import by_place
 from ._targets import checked_targets, is_pose
 
 Truths = NDArray[np.bool_]
@@ -30,6 +33,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
     """
 
     kind = "inverse"
+    options = (*Kernel.options, ("nearest", None), ("check", True))
 
     def __init__(
         self,
@@ -51,6 +55,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         layout: Layout = "4x4",
         nearest: ArrayLike | None = None,
         check: bool = True,
+        **named: Any,
     ) -> tuple[Floats, Truths]:
         """Solve for one target or a batch.
 
@@ -65,6 +70,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
                 chosen, the squares of all differences added, with whole turns added where the limits allow. Where an
                 entry is not finite, or further from zero than 10,000 whole turns (100 in float32), there is none.
             check: Whether to see that targets are poses; those of the layout joint_major are taken as they are.
+            named: The target, given by its name.
 
         Returns:
             Solutions (..., branches, joints), and which of them are valid (..., branches). With `nearest` one solution
@@ -73,6 +79,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         Raises:
             ValueError: If a target is not a pose: not finite, not a rotation, reflected, or of another shape.
         """
+        inputs = by_place(self, inputs, named) if named else inputs
         if nearest is not None and (out is not None or layout == "joint_major"):
             raise ValueError(f"{self.__name__}: nearest cannot be combined with out or with the layout joint_major")
         if nearest is not None:
@@ -84,27 +91,42 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             if check and layout == "4x4" and len(inputs) == 1:
                 checked_targets(self.__name__, inputs[0])
             options: dict[str, Any] = {"params": params, "threads": threads, "layout": layout}
-            if _has_truths(out):
-                return self._into_truths(inputs, out, options)
+            if _has_numbers(out):
+                return self._into_numbers(inputs, out, options)
             results = super().__call__(*inputs, out=out, **options)
-        if out is not None:
-            return results
-        solutions, valid = results[0], results[1].astype(np.bool_)
-        return solutions, valid
+        return results
 
-    def _into_truths(
-        self, inputs: tuple[ArrayLike, ...], out: tuple[Floats, Truths], options: dict[str, Any]
+    def bind(self, *arrays: Any, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
+        """Look everything up once, as for a kernel; for validity as for `out` in a call."""
+        if not _has_numbers(arrays[1:]):
+            return super().bind(*arrays, params=params, layout=layout)
+        valid: Any = arrays[2]
+        truths = self._truths_for(arrays[:1], arrays[1:])
+        bound = super().bind(*arrays[:2], truths, params=params, layout=layout)
+
+        def solve() -> None:
+            bound()
+            valid[...] = truths
+
+        return solve
+
+    def _into_numbers(
+        self, inputs: tuple[ArrayLike, ...], out: tuple[Floats, Any], options: dict[str, Any]
     ) -> tuple[Floats, Truths]:
-        """Solve into arrays of which the second one holds truth values."""
+        """Solve into arrays of numbers, of which the second one then holds 1 or 0."""
+        truths = self._truths_for(inputs, out)
+        super().__call__(*inputs, out=(out[0], truths), **options)
+        out[1][...] = truths
+        return out
+
+    def _truths_for(self, inputs: tuple[Any, ...], out: tuple[Any, ...]) -> Truths:
+        """Memory for the truth values that go to an array of numbers, which may be written."""
         solutions, valid = out
         if not valid.flags.writeable:
             raise ValueError(f"{self.__name__}: out for valid is read-only")
         others = [("base_T_tool", np.asarray(each)) for each in inputs] + [("solutions", solutions)]
         check_apart(self.__name__, "out for valid", valid, others)
-        numbers = np.empty(valid.shape, solutions.dtype)
-        super().__call__(*inputs, out=(solutions, numbers), **options)
-        valid[...] = numbers
-        return out
+        return np.empty(valid.shape, np.bool_)
 
     def _quickly(self, target: Any, params: Any, check: bool) -> tuple[Floats, Any] | None:
         """The results of one C call for one plain target; None where something speaks against it."""
@@ -114,7 +136,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if direct is None:
             return None
         solutions, valid = self.results
-        results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, target.dtype)
+        results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, np.bool_)
         return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
     def _nearest(
@@ -132,7 +154,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             lead = targets.shape[:-2]  # the kernel says which of them do not go together
         wanted = self._wanted(nearest, lead, self._result_type([targets]))
         q, exists = self.chooses(targets, wanted, params=chosen, threads=threads)
-        return q, exists != 0
+        return q, exists[()]
 
     def _wanted(self, nearest: ArrayLike, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
         """The joint vectors asked for, one for each target."""
@@ -151,24 +173,25 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             return full.astype(real, copy=False)
 
 
-def _has_truths(out: Any) -> bool:
-    """Whether results go to an array of numbers and one of truth values."""
+def _has_numbers(out: Any) -> bool:
+    """Whether results go to two arrays of numbers of one type."""
     return (
         type(out) is tuple
         and len(out) == 2
         and all(isinstance(each, np.ndarray) for each in out)
-        and out[1].dtype == np.bool_
+        and out[1].dtype == out[0].dtype
+        and out[1].dtype.kind == "f"
     )
 
 
-def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Floats]]:
+def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Truths]]:
     """The kernel of the nearest solutions, made from the options of the inverse."""
     (solutions, _), formula = options["results"], options["formula"]
     dof = solutions.shape[-1:]
     own: dict[str, Any] = {
         **options,
         "inputs": (*options["inputs"], Array("nearest", dof)),
-        "results": (Array("q", dof), Array("exists", ())),
+        "results": (Array("q", dof), Array("exists", (), is_truth=True)),
         "formula": NearestFormula(formula, turnings),
     }
     return Kernel(f"{name}_nearest", **own)

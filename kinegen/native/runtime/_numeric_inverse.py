@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -12,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import table_of
-from ._kernel import Kernel, check_apart
+from ._kernel import Kernel
+from ._overlap import check_apart
 from ._parameters import checked_params, settled_params
-from ._search import Effort, Joint, Search
+from ._search import Effort, Joint, Search, effort_of
 from ._targets import checked_targets
 from ._threads import spread, workers_for
 
 Floats = NDArray[np.floating[Any]]
 
 _BLOCK = 1 << 10  # targets that go to C at once; Ctrl-C gets through in between
-_LARGEST = (1 << 31) - 1
 
 
 class NumericSolution(NamedTuple):
@@ -59,6 +58,16 @@ class _Task(NamedTuple):
         return self._replace(targets=self.targets[first:last], starts=self.starts[first:last], params=own)
 
 
+class _Given(NamedTuple):
+    """The arguments of a call: axes of the batch, targets (n, 4, 4), starts (n, dof), parameters, arrays by name."""
+
+    lead: tuple[int, ...]
+    targets: Floats
+    starts: Floats
+    params: Any
+    arrays: Sequence[tuple[str, NDArray[Any]]]
+
+
 class NumericInverse:
     """The numeric inverse of a robot; its `backend` is "c" or "numpy".
 
@@ -89,7 +98,8 @@ class NumericInverse:
         params: Any = None,
         doc: str = "",
     ) -> None:
-        self.__name__, self.__module__, self.__doc__ = name, module, doc
+        self.__name__, self.__module__ = name, module
+        self.__doc__ = f"{name}(base_T_tool, start=None, *, ...); help({name}.__call__) lists the options\n\n{doc}"
         self.dof, self.backend = kernel.dof, "numpy" if native is None else "c"
         self.kernel, self.joints, self.reach, self.tolerances = kernel, joints, reach, tolerances
         self._native, self._symbol, self._params = native, symbol, params
@@ -132,6 +142,17 @@ class NumericInverse:
             ValueError: If a target is not a pose, shapes do not fit, or a count or a tolerance is out of range.
             TypeError: If they are not real numbers, or `params` is not the package's `Params`.
         """
+        given = self._given(base_T_tool, start, params)
+        lead, real = given.lead, given.targets.dtype
+        accepted = tolerances or self.tolerances[real == np.float32]
+        effort = effort_of(self.__name__, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
+        found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given.arrays)
+        self._fill(_Task(given.targets, given.starts, given.params, effort), lead, found, workers_for(threads))
+        result: NumericSolution = _with_numbers(found) if out is None else out
+        return result
+
+    def _given(self, base_T_tool: ArrayLike, start: ArrayLike | None, params: Any) -> _Given:
+        """The arguments, checked: one start and one set of parameters for each target, or one set for all."""
         name = self.__name__
         targets = checked_targets(name, base_T_tool)
         chosen, varied = settled_params(name, checked_params(name, params, self._params))
@@ -140,17 +161,8 @@ class NumericInverse:
         starts = self._starts(start, lead, real)
         if varied:
             chosen = table_of([np.broadcast_to(array, lead) for array in varied.values()], real)
-        accepted = tolerances or self.tolerances[real == np.float32]
-        effort = _effort(name, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
-        given = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))]), *varied.items()]
-        found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given)
-        poses = np.ascontiguousarray(targets).reshape(math.prod(lead), 4, 4)
-        self._fill(_Task(poses, starts, chosen, effort), lead, found, workers_for(threads))
-        if out is None:
-            others: list[Any] = [entry[()] for entry in found[1:]]
-            return NumericSolution(found.q, *others)
-        result: NumericSolution = out
-        return result
+        arrays = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))]), *varied.items()]
+        return _Given(lead, np.ascontiguousarray(targets).reshape(math.prod(lead), 4, 4), starts, chosen, arrays)
 
     def _fill(self, task: _Task, lead: tuple[int, ...], found: NumericSolution, workers: int) -> None:
         """Search for all targets; arrays whose axes do not run together are filled by way of others."""
@@ -297,36 +309,10 @@ class NumericInverse:
         return q, errors, iterations, solved
 
 
-def _effort(name: str, tolerances: Any, *, restarts: Any, seed: Any, budget: Any, steps: Any) -> Effort:
-    """What a search may take, checked."""
-    return Effort(
-        _tolerances(name, tolerances),
-        _integer(name, "restarts", restarts),
-        _integer(name, "seed", seed, least=None) & 0xFFFFFFFF,
-        _integer(name, "budget", budget),
-        _integer(name, "steps", steps),
-    )
-
-
-def _integer(name: str, label: str, value: Any, least: int | None = 0) -> int:
-    """A count that an int32 can hold, or any integer where there is no least one."""
-    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
-        raise TypeError(f"{name}: {label} is of type {type(value).__name__}, expected an integer")
-    number = operator.index(value)
-    if least is not None and not least <= number <= _LARGEST:
-        raise ValueError(f"{name}: {label} is {number}, expected {least} to {_LARGEST}")
-    return number
-
-
-def _tolerances(name: str, given: Any) -> tuple[float, float]:
-    """Two accepted errors, which may be zero but not NaN."""
-    try:
-        position, rotation = map(float, given)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: tolerances is {given!r}, expected a distance and an angle") from None
-    if not (position >= 0 and rotation >= 0):
-        raise ValueError(f"{name}: tolerances are {position:g} and {rotation:g}, expected none below zero")
-    return position, rotation
+def _with_numbers(found: NumericSolution) -> NumericSolution:
+    """The solution of one target has numbers in the place of arrays without axes."""
+    others: list[Any] = [entry[()] for entry in found[1:]]
+    return NumericSolution(found.q, *others)
 
 
 def _blocks(count: int) -> Generator[tuple[int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_LARGEST = (1 << 31) - 1
 _ITERATIONS, _STALL, _SAMPLES, _MOST_SAMPLES = 60, 8, 20, 5120
 
 
@@ -146,3 +148,35 @@ def _are_poses(targets: Floats) -> NDArray[np.bool_]:
         rigid = 3e-4 if targets.dtype == np.float32 else 3e-6
         found: NDArray[np.bool_] = (square < rigid**2) & ((place**2).sum(axis=1) < 1e15)
     return found
+
+
+def effort_of(name: str, tolerances: Any, *, restarts: Any, seed: Any, budget: Any, steps: Any) -> Effort:
+    """What a search may take, checked."""
+    return Effort(
+        _tolerances(name, tolerances),
+        _integer(name, "restarts", restarts),
+        _integer(name, "seed", seed, least=None) & 0xFFFFFFFF,
+        _integer(name, "budget", budget),
+        _integer(name, "steps", steps),
+    )
+
+
+def _integer(name: str, label: str, value: Any, least: int | None = 0) -> int:
+    """A count that an int32 can hold, or any integer where there is no least one."""
+    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name}: {label} is of type {type(value).__name__}, expected an integer")
+    number = operator.index(value)
+    if least is not None and not least <= number <= _LARGEST:
+        raise ValueError(f"{name}: {label} is {number}, expected {least} to {_LARGEST}")
+    return number
+
+
+def _tolerances(name: str, given: Any) -> tuple[float, float]:
+    """Two accepted errors, which may be zero but not NaN."""
+    try:
+        position, rotation = map(float, given)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: tolerances is {given!r}, expected a distance and an angle") from None
+    if not (position >= 0 and rotation >= 0):
+        raise ValueError(f"{name}: tolerances are {position:g} and {rotation:g}, expected none below zero")
+    return position, rotation
