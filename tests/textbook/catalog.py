@@ -14,7 +14,7 @@ from typing import Any
 import sympy as sp
 import yaml
 
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from kinegen.robot.model import Robot
 from tests.textbook.notation import read
 

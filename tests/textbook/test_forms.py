@@ -8,8 +8,8 @@ from functools import cache
 import pytest
 import sympy as sp
 
+from kinegen.formats.load import loads
 from kinegen.robot.expressions import names, parse
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic import pose
 from tests.textbook import exact

@@ -9,12 +9,12 @@ import pytest
 import sympy as sp
 import yaml
 
+from kinegen.formats.load import load
 from kinegen.outputs import Reference
-from kinegen.robot.load import load
 from kinegen.robot.model import BASE
-from kinegen.symbolic.notation import NOTATIONS, entry_names, entry_texts
 from kinegen.symbolic.pose import transform
-from kinegen.symbolic.textbook_jacobian import jacobian, jacobian_form
+from kinegen.textbook.jacobian import jacobian, jacobian_form
+from kinegen.textbook.notation import NOTATIONS, entry_names, entry_texts
 from tests.textbook.catalog import HERE, ROBOTS, System, systems
 from tests.textbook.prove import is_zero
 

@@ -6,8 +6,8 @@ import pytest
 import sympy as sp
 
 from kinegen.robot.model import Robot
-from kinegen.symbolic.notation import NOTATIONS, entry_texts
-from kinegen.symbolic.textbook import closed_form
+from kinegen.textbook.closed_form import closed_form
+from kinegen.textbook.notation import NOTATIONS, entry_texts
 from tests.textbook.catalog import Form, System, robot, systems
 from tests.textbook.notation import read
 from tests.textbook.prove import is_zero
