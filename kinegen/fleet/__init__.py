@@ -1,0 +1,20 @@
+"""Evaluates kernels over data sets that are larger than memory: Parquet, Arrow, CSV and NumPy files in and out.
+
+    sources     words of the user    -> Sources     the files, what they hold, and spans of their rows
+    binding     columns, kernels     -> Bindings    which columns are the inputs of which kernel
+    reading     Span                 -> batches     a bounded number of rows at a time
+    results     arrays               -> columns     names, units, nulls
+    writing     columns              -> a file      whole or not at all
+    plan        Sources              -> Parts       which rows go to which file, whoever computes them
+    manifest    Plan                 -> JSON        what a run is made from, so that another can go on
+    work        Part                 -> rows        what one worker does
+    cluster     Parts                -> rows        processes of Dask, here or elsewhere
+    run         everything           -> Summary
+
+pyarrow reads and writes. The parts of a data set follow from its input alone, so the bytes are the same for any number
+of workers, and for a run that was interrupted.
+"""
+
+from kinegen.fleet.run import Summary, evaluate
+
+__all__ = ["Summary", "evaluate"]
