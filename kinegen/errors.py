@@ -5,10 +5,25 @@ Every one is a `KinegenError`; the command line prints it as one line, `file:lin
 
 from __future__ import annotations
 
+MAX_QUOTE = 40
+MAX_MESSAGE = 500
+
 
 def shown(text: object) -> str:
     """A name from outside as one line that is safe on a terminal: what does not print is escaped."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
+def printable(text: str) -> str:
+    """Text that is safe on a terminal: one line, of bounded length, other characters escaped."""
+    safe = shown(text)
+    return safe if len(safe) <= MAX_MESSAGE else safe[: MAX_MESSAGE - 3] + "..."
+
+
+def quote(text: str) -> str:
+    """A stranger's word in quotation marks, cut if it is long."""
+    cut = text if len(text) <= MAX_QUOTE else text[: MAX_QUOTE - 3] + "..."
+    return f"'{printable(cut)}'"
 
 
 class KinegenError(Exception):
@@ -18,6 +33,14 @@ class KinegenError(Exception):
         message: What is wrong and what would be right, in one line.
         path: File in which it was found, as the user named it.
         line: Line in that file, counted from 1.
+
+    Example:
+        >>> import kinegen
+        >>> try:
+        ...     kinegen.load("robots/none.yaml")
+        ... except kinegen.KinegenError as error:
+        ...     print(error.path, error.line, error.message.split(" (")[0])
+        robots/none.yaml None there is no such file
     """
 
     def __init__(self, message: str, path: str | None = None, line: int | None = None) -> None:

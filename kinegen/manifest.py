@@ -34,6 +34,15 @@ def digest_of(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+def digests_of(folder: Path) -> dict[str, str]:
+    """A digest of every file of a folder, by its name with forward slashes; caches of Python left aside."""
+    return {
+        file.relative_to(folder).as_posix(): digest_of(file.read_bytes())
+        for file in sorted(folder.rglob("*"))
+        if file.is_file() and "__pycache__" not in file.parts
+    }
+
+
 def sealed(content: bytes) -> bytes:
     """A shared library with the digest of its bytes behind them, where its format has an end that loaders know."""
     return content + _SEAL + digest_of(content).encode() if content.startswith(_ELF) else content

@@ -12,12 +12,22 @@ import sys
 
 from kinegen.errors import KinegenError
 
+Q30 = "q30"
+"""The number type of integer kernels, on the command line and in the names of files and functions."""
+
 EXTENSION = "_native.abi3.so"
 """File name of the compiled extension in a package; the one file there that carries no banner."""
 
 MAX_NAME = 40
 _SHAPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _SHOWN = 60
+
+PARTS = (
+    *("batch", "tile", "params", "from_params", "expected", "accepted"),  # emitted C
+    *("arrays", "pointers", "forms", "run", "many"),  # the extension
+    "at",  # languages that evaluate in place
+)
+"""What follows the name of a function in the names that files and extensions need besides it."""
 
 FORMAT_WORDS = frozenset({"base", "tool", "q", "pi", "sqrt"})
 """Words with a meaning in the robot file."""
@@ -169,7 +179,35 @@ def prefix(robot: str, real: str) -> str:
 
 def function(robot: str, output: str, real: str = "double", *, batch: bool = False) -> str:
     """The C function of one output: `puma560_fk`, `puma560_f32_frames_batch`."""
-    return f"{prefix(robot, real)}_{output}{'_batch' if batch else ''}"
+    name = f"{prefix(robot, real)}_{output}"
+    return companion(name, "batch") if batch else name
+
+
+def companion(function: str, part: str) -> str:
+    """What is made for a function besides it, such as its form for batches: `puma560_fk_batch`.
+
+    Args:
+        function: Its name, in C with the prefix of the robot.
+        part: One of `PARTS`, which no other function of the robot may end in.
+    """
+    if part not in PARTS:
+        raise ValueError(f"{part} is not among the parts of a function")
+    return f"{function}_{part}"
+
+
+def params_type(robot: str, real: str = "double") -> str:
+    """The C type of the runtime parameters: `puma560_f32_params`."""
+    return f"{prefix(robot, real)}_params"
+
+
+def default_params(robot: str, real: str = "double") -> str:
+    """The values of the robot file in C: `puma560_default_params`."""
+    return f"{prefix(robot, real)}_default_params"
+
+
+def module_file(robot: str, extension: str) -> str:
+    """A file of a language that has one module for each robot, such as `puma560.js`."""
+    return f"{robot}.{extension}"
 
 
 def macro(robot: str, suffix: str) -> str:

@@ -19,12 +19,16 @@ class Array:
         shape: Its shape, such as (6,) or (4, 4).
         is_pose: Whether it holds homogeneous matrices, whose last row is 0 0 0 1; shape then ends in (4, 4).
         per_frame: Whether its first axis counts the frames (or tips) of the program.
+        per_branch: Whether its first axis counts the branches of an inverse.
+        is_truth: Whether its numbers are truth values, 1 or 0.
     """
 
     name: str
     shape: tuple[int, ...]
     is_pose: bool = False
     per_frame: bool = False
+    per_branch: bool = False
+    is_truth: bool = False
 
     @property
     def size(self) -> int:
@@ -33,13 +37,18 @@ class Array:
 
     @property
     def blocks(self) -> int:
-        """How often the innermost block occurs: frames, or 1."""
-        return self.shape[0] if self.per_frame else 1
+        """How often the innermost block occurs: frames, branches, or 1."""
+        return self.shape[0] if self.in_blocks else 1
+
+    @property
+    def in_blocks(self) -> bool:
+        """Whether C has it as an array of blocks, one for each frame or branch."""
+        return self.per_frame or self.per_branch
 
     @property
     def stored(self) -> int:
         """Numbers of one block as they lie in memory, the constant last row of a matrix among them."""
-        return math.prod(self.shape[1:] if self.per_frame else self.shape)
+        return math.prod(self.shape[1:] if self.in_blocks else self.shape)
 
 
 class Kind(StrEnum):
@@ -165,6 +174,43 @@ USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
 
 
 @dataclass(frozen=True, slots=True)
+class Allowance:
+    """How far off a number may be, a length or an angle, in each number type."""
+
+    double: float
+    single: float
+
+    def of(self, is_single: bool) -> float:
+        """That of a type."""
+        return self.single if is_single else self.double
+
+
+@dataclass(frozen=True, slots=True)
+class Branches:
+    """The branches of a closed-form inverse, and what it asks of a target.
+
+    Attributes:
+        family: What such arms are called.
+        names: The branches, in the order of the results.
+        meanings: What the words in their names mean; sentences.
+        conditions: What a target must be, and what is chosen where there is a choice; sentences.
+        turns: What a whole turn of each joint is in its variable; infinite for one that shifts.
+        rooms: How far outside its limits each joint of a valid solution may be.
+        rigid: How far the columns of a target may be from those of a rotation.
+        reads_attitude: Whether the rotation of a target is read.
+    """
+
+    family: str
+    names: tuple[str, ...]
+    meanings: tuple[str, ...]
+    conditions: tuple[str, ...]
+    turns: tuple[float, ...]
+    rooms: tuple[Allowance, ...]
+    rigid: Allowance
+    reads_attitude: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Signature:
     """What a kernel computes, for which frames, from what.
 
@@ -174,6 +220,7 @@ class Signature:
         dof: Number of joint variables of the robot.
         inputs: What it is given, in order.
         results: What it gives, in order.
+        branches: Of a closed-form inverse, the branches of its results; None for others.
     """
 
     quantity: Quantity
@@ -181,6 +228,7 @@ class Signature:
     dof: int
     inputs: tuple[Array, ...]
     results: tuple[Array, ...]
+    branches: Branches | None = None
 
 
 def parse_quantity(text: str) -> Quantity:

@@ -18,14 +18,15 @@ from typing import get_type_hints
 
 from kinegen.emit.languages import LANGUAGES
 from kinegen.errors import KinegenError
-from kinegen.manifest import digest_of
+from kinegen.formats.format import YAML_SUFFIXES
+from kinegen.formats.load import load
+from kinegen.manifest import digests_of
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import find_compiler
 from kinegen.native.identity import identity
 from kinegen.records import from_plain, to_plain
 from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.robot.calibrated import calibrated
-from kinegen.robot.load import load
 
 _TOOLS = ("arm-none-eabi-gcc", "qemu-system-arm")
 """What the costs of a build depend on."""
@@ -58,7 +59,7 @@ def recall(key: str, path: Path, options: BuildOptions) -> BuildResult | None:
         result.proof.require(robot)
     except (KinegenError, ValueError, TypeError, AttributeError, KeyError, RecursionError):
         return None  # of another shape, or not accepted
-    if result.folder != options.output / robot.name or kept.digests != _digests(result.folder):
+    if result.folder != options.output / robot.name or kept.digests != digests_of(result.folder):
         return None
     written = tuple(replace(entry, status="unchanged") for entry in result.written if entry.status != "removed")
     stage = Stage("compare", time.perf_counter() - begin, "nothing has changed since the last proven build")
@@ -75,7 +76,7 @@ def remember(key: str, result: BuildResult) -> None:
     if key:
         names = [each.name for each in fields(result) if each.name not in _TOLD_ANEW]
         told = {name: to_plain(getattr(result, name)) for name in names}
-        Cache().save_record(key, _Kept(_digests(result.folder), json.dumps(told)))
+        Cache().save_record(key, _Kept(digests_of(result.folder), json.dumps(told)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +99,8 @@ def key_of(path: Path, options: BuildOptions) -> str:
     """
     try:
         text = path.read_bytes()
+        # The text is not all where a file includes others.
+        robot = "" if path.suffix.lower() in YAML_SUFFIXES else load(path).digest
         compiler = find_compiler() if options.compile else None
     except (OSError, KinegenError):
         return ""
@@ -108,13 +111,4 @@ def key_of(path: Path, options: BuildOptions) -> str:
     tools = [(tool, shutil.which(tool)) for tool in named]
     # The path of the output is resolved without a complaint about a loop of links, which the build makes.
     output = os.path.realpath(options.output)
-    return Cache().key("build", machine, compiler, tools, text, str(path), options, output)
-
-
-def _digests(folder: Path) -> dict[str, str]:
-    """A digest of every file of an output folder, by its name; caches of Python left aside."""
-    return {
-        str(file.relative_to(folder)): digest_of(file.read_bytes())
-        for file in sorted(folder.rglob("*"))
-        if file.is_file() and "__pycache__" not in file.parts
-    }
+    return Cache().key("build", machine, compiler, tools, text, robot, str(path), options, output)

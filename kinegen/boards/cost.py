@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
@@ -16,18 +16,18 @@ from kinegen.boards.programs import (
     Measured,
     build_program,
     compile_board,
+    compile_files,
     write_measured,
     write_nearest,
     write_search,
 )
 from kinegen.boards.targets import Target
 from kinegen.boards.toolchain import SOURCES, find_cross_compiler, link, read_tool
-from kinegen.emit.fixed import Q30
 from kinegen.emit.kernels import Kernels
-from kinegen.emit.nearest import NAME as NEAREST
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
 from kinegen.ir.program import Program, count
+from kinegen.naming import Q30
 from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
 
 OPTIMISATIONS = ("-Os", "-O2")
@@ -143,14 +143,21 @@ class _Bench:
     def measure(self, subject: _Subject, folder: Path) -> list[Cost]:
         """The costs of one subject at each level of optimisation."""
         measured = subject.write(folder)
-        return [self._cost(subject, measured, optimisation, folder) for optimisation in OPTIMISATIONS]
+        # What calls the kernel also calls the function that does nothing, so its own cost cancels out at any level.
+        table = compile_files(self.target, folder, measured.files[measured.own :], self.real, OPTIMISATIONS[:1])
+        return [self._cost(subject, measured, optimisation, folder, table) for optimisation in OPTIMISATIONS]
 
-    def _cost(self, subject: _Subject, measured: Measured, optimisation: str, folder: Path) -> Cost:
-        target, flags = self.target, (optimisation, f"-DREPEATS={measured.repeats}")
-        built = build_program(target, folder, measured.files, _MAIN, self.real, flags, self._board(flags))
+    def _cost(
+        self, subject: _Subject, measured: Measured, optimisation: str, folder: Path, table: tuple[Path, ...]
+    ) -> Cost:
+        target, flags, files = self.target, (optimisation, f"-DREPEATS={measured.repeats}"), measured.files
+        rest = (*table, *self._board(flags))
+        built = build_program(target, folder, files[: measured.own], _MAIN, self.real, flags, rest)
         calls, deepest, missing = _run(target, built, measured.repeats)
-        own = [file.with_suffix(".o") for file in measured.files[: measured.own]]
-        accounted = sum(_accounted_stack(file.with_suffix(".su")) for file in own)
+        own = [file.with_suffix(".o") for file in files[: measured.own]]
+        alone = link(target, folder, own, "alone.elf", entry=measured.name)
+        called = _functions(target, alone)
+        accounted = sum(_accounted_stack(file.with_suffix(".su"), called) for file in own)
         compiler, program = find_cross_compiler(target), subject.program
         return Cost(
             target=target.name,
@@ -159,7 +166,7 @@ class _Bench:
             real=self.real,
             optimisation=optimisation,
             function_flash=_symbol_size(target, own[-1], measured.name),
-            flash=_flash(target, link(target, folder, own, "alone.elf", entry=measured.name)),
+            flash=_flash(target, alone),
             # The search and the choice call their functions one after the other, not each from within the one before.
             stack=deepest if deepest and program is None else max(deepest, accounted),
             calls=calls,
@@ -197,10 +204,25 @@ def _run(target: Target, program: Path, repeats: int) -> tuple[Calls | None, int
     return Calls(min(taken), max(taken)), numbers["stack"][0] + target.toolchain.call_bytes, ""
 
 
-def _accounted_stack(usage: Path) -> int:
-    """The kernel's stack and that of the functions that it calls; not that of the choice, which calls the kernel."""
+def _functions(target: Target, program: Path) -> frozenset[str]:
+    """The functions of a program that was linked by itself: what one function needs, and nothing else."""
+    table = read_tool((f"{target.toolchain.prefix}nm", str(program)))
+    rows = [line.split() for line in table.splitlines()]
+    return frozenset(_plain(row[-1]) for row in rows if row[-2] in ("T", "t"))
+
+
+def _accounted_stack(usage: Path, called: Container[str]) -> int:
+    """The compiler's account of the function that is measured and of those that it calls.
+
+    A source holds other functions too, such as those about limits; a call does not use their stack.
+    """
     lines = [line.split("\t") for line in usage.read_text(encoding="utf-8").splitlines()]
-    return sum(int(size) for place, size, *_ in lines if not place.endswith(NEAREST))
+    return sum(int(size) for place, size, *_ in lines if _plain(place.rpartition(":")[2]) in called)
+
+
+def _plain(symbol: str) -> str:
+    """The name of a function in C; a compiler appends to those that it copies, such as `.constprop.0`."""
+    return symbol.partition(".")[0]
 
 
 def _flash(target: Target, program: Path) -> int:

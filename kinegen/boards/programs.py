@@ -17,14 +17,13 @@ from kinegen.emit.c.kernel import KernelContext, emit_kernel, kernel_context
 from kinegen.emit.c.nearest import nearest_of
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse, solver_context
 from kinegen.emit.environment import environment
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernel import FixedContext, emit_fixed, fixed_context
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
 from kinegen.errors import KinegenError
-from kinegen.naming import function, prefix
+from kinegen.naming import Q30, default_params, function
 from kinegen.outputs import POSE_AND_JACOBIAN, Kind
 
 NOTHING = "board_nothing"
@@ -159,7 +158,7 @@ def write_nearest(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Seq
     kernel, nearest, dof = printed(kernels, real), nearest_of(kernels, real), kernels.robot.dof
     if nearest is None:
         raise KinegenError(f"{kernels.robot.name} has no inverse to choose from")
-    parameters = f"&{prefix(kernels.robot.name, real)}_default_params, " if nearest.params_type else ""
+    parameters = f"&{default_params(kernels.robot.name, real)}, " if nearest.params_type else ""
     call = f"(void){nearest.name}(q, q + 16, {parameters}result)"
     entry = TableEntry(nearest.name, "", call, 16 + dof, dof, kernel.beyond)
     examples = _examples(rows or reachable_poses(kernels.robot, starts=True), real)
@@ -221,6 +220,24 @@ def compile_board(target: Target, folder: Path, main: Path, real: str, flags: Se
         The objects, which suit every program with these flags.
     """
     files = (main, *(SOURCES / name for name in target.toolchain.sources))
+    return compile_files(target, folder, files, real, flags)
+
+
+def compile_files(
+    target: Target, folder: Path, files: Sequence[Path], real: str, flags: Sequence[str]
+) -> tuple[Path, ...]:
+    """Compile C files that know the number type as REAL.
+
+    Args:
+        target: The processor.
+        folder: Where headers are found and the objects are written.
+        files: The C files.
+        real: The number type, a `Real` or `Q30`.
+        flags: Optimisation.
+
+    Returns:
+        The objects.
+    """
     return tuple(compile_object(target, folder, file, (*flags, *_numbers(real))) for file in files)
 
 
@@ -247,7 +264,7 @@ def build_program(
     Returns:
         The program.
     """
-    objects = [compile_object(target, folder, file, (*flags, *_numbers(real))) for file in files]
+    objects = compile_files(target, folder, files, real, flags)
     board = compile_board(target, folder, main, real, flags) if board is None else board
     return link(target, folder, [*objects, *board], f"{main.stem}.elf")
 
@@ -304,7 +321,7 @@ def _entries(kernels: Kernels, each: Printed, real: str) -> list[TableEntry]:
         TableEntry(
             name=name,
             declaration="",
-            call=f"{name}({flat_call(kernels, program, real, 'q', 'result')})",
+            call=flat_call(kernels, program, real, name, ("q", "result")),
             joints=sum(array.stored for array in given(program)),
             numbers=sum(array.stored * array.blocks for array in program.signature.results),
             beyond=each.beyond,

@@ -21,7 +21,23 @@ from kinegen.cli.interrupt import remembering
 from kinegen.cli.terminal import complain
 from kinegen.errors import KinegenError, OutputError
 
-COMMANDS = ("build", "show", "check", "inspect", "fk", "size", "prove", "workspace", "schema")
+COMMANDS = (
+    "build",
+    "show",
+    "view",
+    "check",
+    "convert",
+    "compare",
+    "inspect",
+    "fk",
+    "eval",
+    "doctor",
+    "calibrate",
+    "size",
+    "prove",
+    "workspace",
+    "schema",
+)
 """The subcommands, each in the module of that name, as its `command`."""
 
 INTERRUPTED = 130
@@ -29,6 +45,9 @@ INTERRUPTED = 130
 
 _STARVED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
 """What libraries and Python say where memory or threads run out."""
+
+_RESERVE = 4 << 20
+"""Bytes that are free for the message when memory is at its end; the system counts them only where they are written."""
 
 CLOSED_PIPE = 141
 """What a shell reports of a program whose reader went away, as `head` does."""
@@ -137,11 +156,13 @@ def _usage(error: click.UsageError) -> str:
 
 
 def _invoke(context: click.Context) -> int:
+    reserve = bytearray(_RESERVE)
     try:
         return int(_kinegen.invoke(context) or 0)
     except (BrokenPipeError, click.exceptions.Exit, click.ClickException):
         raise
     except Exception as error:
+        del reserve
         reason = _reason(error)
         if not reason:
             raise

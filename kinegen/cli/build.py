@@ -3,57 +3,57 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 from kinegen import __version__
+from kinegen.api import options
+from kinegen.api.words import USUAL_OUTPUTS, words_of
 from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
+from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import Passing, complain, say, strong
+from kinegen.emit.languages import LANGUAGES
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, shown
-from kinegen.outputs import USUAL, Kind, Quantity, parse_quantity
+from kinegen.outputs import Quantity
 
 if TYPE_CHECKING:
     from kinegen.results import BuildOptions, BuildResult, Stage
 
-REALS = {"double": ("double",), "float": ("float",), "both": ("double", "float")}
-INTEGERS = {"q30": REALS["double"], "float,q30": REALS["float"], "all": REALS["both"]}
-"""The choices with kernels in integers, and the number types beside them."""
+Result = TypeVar("Result")
 
-ALWAYS = ("c", "python")
-"""Languages that every build writes."""
+EXTRA = tuple(language.name for language in LANGUAGES.values() if language.is_extra)
+"""Languages that `--languages` adds."""
 
 
 def quantities_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[Quantity, ...]:
-    """The outputs in the order of `Kind`, whatever the order in which they were named."""
-    try:
-        found = {parse_quantity(word.strip()) for word in text.split(",")}
-    except KinegenError as error:
-        raise click.BadParameter(error.message) from error
-    places = {kind: place for place, kind in enumerate(Kind)}
-    return tuple(sorted(found, key=lambda quantity: (places[quantity.kind], str(quantity))))
+    """The outputs of a list."""
+    return _taken(options.quantities_of, text)
 
 
 def names_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[str, ...]:
     """The words of a list, each once."""
-    return tuple(dict.fromkeys(word.strip() for word in text.split(","))) if text else ()
+    return words_of(text)
 
 
-def languages_of(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
-    """The languages in the order of their table; C and Python may be named, and are always written."""
-    from kinegen.emit.languages import LANGUAGES
-
-    names = names_of(context, parameter, text)
-    unknown = [name for name in names if name not in (*ALWAYS, *LANGUAGES)]
-    if unknown:
-        raise click.BadParameter(f"unknown language '{unknown[0]}' (expected {', '.join((*ALWAYS, *LANGUAGES))})")
-    return tuple(name for name in LANGUAGES if name in names)
+def languages_of(_context: click.Context, _parameter: click.Parameter, text: str) -> tuple[str, ...]:
+    """The languages of a list, without those that are always written."""
+    return _taken(options.languages_of, text)
 
 
-@click.command("build", short_help="Writes the kernels, compiles and proves them.")
+def _taken(read: Callable[[str], Result], text: str) -> Result:
+    """What a list of words is read as; a wrong word is a wrong argument."""
+    try:
+        return read(text)
+    except KinegenError as error:
+        raise click.BadParameter(error.message) from error
+
+
+@click.command("build", cls=RobotCommand, short_help="Writes the kernels, compiles and proves them.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option(
     "-o",
@@ -64,14 +64,14 @@ def languages_of(context: click.Context, parameter: click.Parameter, text: str) 
 )
 @click.option(
     "--real",
-    type=click.Choice((*REALS, *INTEGERS)),
+    type=click.Choice((*options.REALS, *options.INTEGERS)),
     help="Number types: both is double and float; q30 is integer kernels for processors without an FPU, together with "
     "double for Python (with --package alone); all is all three.  [default: both]",
 )
 @click.option(
     "--outputs",
     metavar="LIST",
-    default=",".join(map(str, USUAL)),
+    default=USUAL_OUTPUTS,
     show_default=True,
     callback=quantities_of,
     help="What is computed: pose, frames, position; jacobian, fk_jacobian, twist, acceleration, hessian (with _local "
@@ -99,8 +99,8 @@ def languages_of(context: click.Context, parameter: click.Parameter, text: str) 
     metavar="LIST",
     default="",
     callback=languages_of,
-    help="Languages in addition to C and Python, each in its own folder: javascript. The build runs and proves them if "
-    "their tools are installed (Node.js for JavaScript).",
+    help=f"Languages in addition to C and Python, each in its own folder: {', '.join(EXTRA)}. The build runs and "
+    "proves them if their tools are installed.",
 )
 @click.option("--no-compile", is_flag=True, help="Do not compile; the module computes with NumPy.")
 @click.option("--march", metavar="NAME", help="Processor to compile for, as the compiler names it.  [default: native]")
@@ -136,30 +136,24 @@ def command(
     for a C project. The exit status is 0 only if every proof holds. A build that fails leaves the earlier output as it
     was. Only files that kinegen wrote are replaced or removed; kinegen-manifest.json lists them with their SHA-256.
     """
-    from kinegen.emit.reals import Real
-    from kinegen.native.flags import Flags
-    from kinegen.results import BuildOptions
-
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
     if package and languages:
         raise click.UsageError("--package writes C alone; build with --languages into another folder")
-    ecosystem = Ecosystem(package) if package else None
-    usual = ecosystem.reals if ecosystem else tuple(Real)
-    options = BuildOptions(
-        output=output or Path(ecosystem.folder if ecosystem else "generated"),
-        reals=tuple(Real(name) for name in (REALS | INTEGERS)[real]) if real else usual,
-        quantities=outputs,
+    chosen = options.build_options(
+        output,
+        outputs=map(str, outputs),
+        real=real,
         wrt=wrt,
-        integers=real in INTEGERS,
-        only_integers=bool(package) and real == "q30",
-        package=ecosystem,
+        package=package,
         languages=languages,
-        force=force,
         compile=not no_compile,
-        flags=Flags(march or "native", portable=portable, contraction=not reproducible),
+        march=march,
+        portable=portable,
+        reproducible=reproducible,
+        force=force,
     )
-    return _build_all(files, options, as_json=as_json, debug=context.find_root().params["debug"])
+    return _build_all(files, chosen, as_json=as_json, debug=context.find_root().params["debug"])
 
 
 def _build_all(files: tuple[Path, ...], options: BuildOptions, *, as_json: bool, debug: bool) -> int:
@@ -189,7 +183,7 @@ def _build_all(files: tuple[Path, ...], options: BuildOptions, *, as_json: bool,
 
 def _claim_name(file: Path, names: dict[str, Path]) -> None:
     """See that no two files of one call go to the same folder."""
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
 
     name = load(file).name
     if name in names:
@@ -201,8 +195,8 @@ def _claim_name(file: Path, names: dict[str, Path]) -> None:
 
 def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> BuildResult:
     """Build one robot and tell of it as it goes."""
+    from kinegen.api.building import built
     from kinegen.cli.report import report_lines, stage_line
-    from kinegen.unchanged import key_of, recall, remember
 
     passing = Passing(wanted=not quiet)
 
@@ -218,18 +212,10 @@ def _build(file: Path, options: BuildOptions, *, brief: bool, quiet: bool) -> Bu
 
     if not quiet:
         say(strong(shown(file)))
-    key = key_of(file, options)
-    result = recall(key, file, options)
-    if result is None:
-        from kinegen.build import build
-
-        try:
-            result = build(file, options, report, begin)
-        finally:
-            passing.clear()
-        remember(key, result)
-    else:
-        report(result.stages[0])
+    try:
+        result = built(file, options, report, begin)
+    finally:
+        passing.clear()
     if not quiet:
         say("\n".join(report_lines(result, brief=brief)))
     return result

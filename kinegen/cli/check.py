@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import complain, good, say
 from kinegen.errors import KinegenError, shown
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from kinegen.robot.model import Robot
 
 
-@click.command("check", short_help="Checks robot files.")
+@click.command("check", cls=RobotCommand, short_help="Checks robot files.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path())
 @click.pass_context
 def command(context: click.Context, files: tuple[str, ...]) -> int:
@@ -38,7 +39,7 @@ def command(context: click.Context, files: tuple[str, ...]) -> int:
 
 
 def _check(file: str) -> None:
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
     from kinegen.verify.nearly import nearly_special
     from kinegen.verify.wrong_unit import wrong_unit
 

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from kinegen.cli.terminal import columns, complain, say, strong
+from kinegen.cli.robot_command import VALUED, RobotCommand
+from kinegen.cli.terminal import complain, say, strong
+from kinegen.lines import columns
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -17,7 +19,7 @@ DIGITS = 12
 """Decimals that are printed; the reference computes with 50 digits."""
 
 
-class _Signed(click.Command):
+class _Signed(RobotCommand):
     """Takes negative numbers for what they are: `-0.5` and `-pi/2` are values, not options."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -34,7 +36,7 @@ class _Signed(click.Command):
                 values.append(word)
                 continue
             options.append(word)
-            if word == "--frame" and rest:
+            if word in ("--frame", *VALUED) and rest:
                 options.append(rest.pop(0))
         return super().parse_args(ctx, [*options, "--", *values])
 
@@ -60,11 +62,11 @@ def command(file: str, values: tuple[str, ...], asked: str | None, frame: str | 
         kinegen fk robots/puma560.yaml --radians 0 -pi/2 0.5 0 0 0
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
     from kinegen import reference
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
 
     robot = load(file)
     angle = asked or robot.units.angle
-    q = _read_values(robot, values, deg=angle == "deg")
+    q = read_values(robot, values, deg=angle == "deg")
     _warn_of_limits(robot, q, deg=angle == "deg")
     poses = reference.frames_mp(robot, [str(value) for value in q])
     names = robot.tips if frame is None else (_frame_name(robot, frame, tuple(poses)),)
@@ -73,7 +75,7 @@ def command(file: str, values: tuple[str, ...], asked: str | None, frame: str | 
         say(f"angles taken in {angle}, {'as asked' if asked else 'the unit of the file'}")
 
 
-def _read_values(robot: Robot, texts: tuple[str, ...], *, deg: bool) -> list[Decimal]:
+def read_values(robot: Robot, texts: tuple[str, ...], *, deg: bool) -> list[Decimal]:
     """One exact value for each joint variable, in radians and the file's length unit."""
     wanted = ", ".join(f"{variable.name} [{_unit(robot, variable, deg=deg)}]" for variable in robot.variables)
     if len(texts) != robot.dof:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinegen.cli.terminal import columns, complain, filled, say, strong
+from kinegen.cli.robot_command import RobotCommand
+from kinegen.cli.terminal import complain, filled, say, strong
 from kinegen.errors import KinegenError, shown
+from kinegen.lines import columns
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 _INDENT = "  "
 
 
-@click.command("inspect", short_help="Names the closed-form inverse that an arm has.")
+@click.command("inspect", cls=RobotCommand, short_help="Names the closed-form inverse that an arm has.")
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path())
 @click.pass_context
 def command(context: click.Context, files: tuple[str, ...]) -> int:
@@ -39,7 +41,7 @@ def command(context: click.Context, files: tuple[str, ...]) -> int:
 
 
 def _inspect(file: str) -> None:
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
     from kinegen.symbolic.inverse.family import Family
     from kinegen.symbolic.inverse.recognise import recognise
 

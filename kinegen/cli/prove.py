@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
-from kinegen.cli.build import INTEGERS, REALS, quantities_of
-from kinegen.cli.terminal import bad, columns, complain, faint, good, say, strong
+from kinegen.api.options import INTEGERS, REALS
+from kinegen.cli.build import quantities_of
+from kinegen.cli.robot_command import RobotCommand
+from kinegen.cli.terminal import bad, complain, faint, good, say, strong
 from kinegen.errors import MissingToolError, shown
+from kinegen.lines import columns
 from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
@@ -30,7 +33,7 @@ _MESSAGES = 20
 """Alarms of a function that are printed."""
 
 
-@click.command("prove", short_help="Proves with Frama-C that the C has no run-time error.")
+@click.command("prove", cls=RobotCommand, short_help="Proves with Frama-C that the C has no run-time error.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--real", type=click.Choice((*REALS, *INTEGERS)), default="both", show_default=True, help="Number types.")
 @click.option(
@@ -62,8 +65,8 @@ def command(file: Path, real: str, outputs: tuple[Quantity, ...], output: Path |
         kinegen prove robots/puma560.yaml --real float
         kinegen prove arm.yaml --outputs pose,jacobian,inverse -o evidence
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
-    from kinegen.build import lower_file
     from kinegen.emit.reals import Real
+    from kinegen.pipeline import lower_file
     from kinegen.prove.eva import require_program
     from kinegen.prove.stage import prove
 

@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Iterable
 
 from kinegen.boards.figures import reasons
-from kinegen.cli.terminal import bad, columns, faint, filled, good, strong, width
+from kinegen.cli.terminal import bad, faint, filled, good, strong, width
 from kinegen.errors import shown
+from kinegen.lines import columns
 from kinegen.outputs import Kind, Quantity
 from kinegen.results import BuildResult, Stage
 from kinegen.robot.model import Robot

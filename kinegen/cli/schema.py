@@ -16,6 +16,6 @@ def command() -> None:
     \b
         kinegen schema > robot.schema.json
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
-    from kinegen.robot.schema import schema
+    from kinegen.formats.yaml.schema import schema
 
     say(json.dumps(schema(), indent=2))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import click
 
-from kinegen.cli.terminal import say
+from kinegen.cli.robot_command import RobotCommand
+from kinegen.cli.terminal import say, strong, width
 from kinegen.outputs import Reference
 
 OUTPUTS = {
@@ -16,7 +17,7 @@ OUTPUTS = {
 FORMATS = ("text", "latex", "mathml", "python")
 
 
-@click.command("show", short_help="Prints the closed form.")
+@click.command("show", cls=RobotCommand, short_help="Prints the closed form.")
 @click.argument("file", type=click.Path())
 @click.option("--format", "notation", type=click.Choice(FORMATS), default="text", show_default=True, help="Notation.")
 @click.option(
@@ -42,24 +43,24 @@ def command(file: str, notation: str, output: str, start: str | None, end: str |
         kinegen show robots/scara.yaml --output jacobian
         kinegen show robots/puma560.yaml --format latex > puma560.tex
     """  # noqa: D301 - click's mark of a paragraph that stays as it is
-    from kinegen.robot.load import load
-    from kinegen.symbolic.sheet import make_sheet
+    from kinegen.formats.load import load
+    from kinegen.textbook.sheet import make_sheet
 
     sheet = make_sheet(load(file), start, end, steps=steps, jacobian=OUTPUTS[output])
     match notation:
         case "text":
-            from kinegen.cli.sheets.text import text_sheet
+            from kinegen.textbook.sheet_text import text_sheet
 
-            say(text_sheet(sheet))
+            say(text_sheet(sheet, width(), strong))
         case "latex":
-            from kinegen.cli.sheets.latex import latex_sheet
+            from kinegen.textbook.sheet_latex import latex_sheet
 
             say(latex_sheet(sheet))
         case "mathml":
-            from kinegen.cli.sheets.mathml import mathml_sheet
+            from kinegen.textbook.sheet_mathml import mathml_sheet
 
             say(mathml_sheet(sheet))
         case _:
-            from kinegen.cli.sheets.python import python_sheet
+            from kinegen.textbook.sheet_python import python_sheet
 
             say(python_sheet(sheet))

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen import __version__
-from kinegen.cli.build import INTEGERS, REALS, quantities_of
-from kinegen.cli.terminal import columns, faint, good, say, strong
+from kinegen.api.options import INTEGERS, REALS
+from kinegen.cli.build import names_of, quantities_of
+from kinegen.cli.robot_command import RobotCommand
+from kinegen.cli.terminal import faint, good, say, strong
 from kinegen.errors import KinegenError, shown
+from kinegen.lines import columns
 from kinegen.outputs import USUAL, Quantity
 
 if TYPE_CHECKING:
@@ -30,7 +33,7 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
         raise click.BadParameter(error.message) from error
 
 
-@click.command("size", short_help="Measures the kernels on a microcontroller.")
+@click.command("size", cls=RobotCommand, short_help="Measures the kernels on a microcontroller.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option(
     "--target",
@@ -51,8 +54,18 @@ def _target(_context: click.Context, _parameter: click.Parameter, name: str) -> 
     callback=quantities_of,
     help="What is computed.",
 )
+@click.option(
+    "--wrt",
+    metavar="LIST",
+    default="",
+    callback=names_of,
+    help="Parameters, such as a2,d3, and entries of the table, such as a_elbow, that are arguments of the kernels; dh "
+    "means all entries.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
-def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...], as_json: bool) -> None:
+def command(
+    file: Path, target: Target, real: str, outputs: tuple[Quantity, ...], wrt: tuple[str, ...], as_json: bool
+) -> None:
     """Compiles each kernel by itself with the cross compiler of a target and runs it on an emulated board.
 
     \b
@@ -65,11 +78,11 @@ def command(file: Path, target: Target, real: str, outputs: tuple[Quantity, ...]
     """  # noqa: D301 - click wants the character, not the two letters
     from kinegen.boards.cost import measure
     from kinegen.boards.figures import reasons
-    from kinegen.build import lower_file
-    from kinegen.emit.fixed import Q30
     from kinegen.emit.reals import Real
+    from kinegen.naming import Q30
+    from kinegen.pipeline import lower_file
 
-    kernels = lower_file(file, outputs)
+    kernels = lower_file(file, outputs, wrt)
     reals: tuple[str, ...] = tuple(map(Real, (REALS | INTEGERS)[real]))
     if len(reals) > 1:
         reals = tuple(each for each in reals if each in target.reals)

@@ -12,6 +12,7 @@ from typing import TextIO
 
 import click
 
+from kinegen import lines
 from kinegen.errors import OutputError, shown
 
 _CONTROL = re.compile("\x1b\\[[0-9;]*m|[^\\S\n\t ]|[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
@@ -104,35 +105,4 @@ def width() -> int:
 
 def filled(items: Iterable[str], indent: str) -> list[str]:
     """Items one after the other with commas between, in lines of the terminal's width."""
-    lines: list[str] = []
-    for item in items:
-        if lines and len(lines[-1]) + len(item) + len(", ,") <= width():
-            lines[-1] += f", {item}"
-        else:
-            lines.append(indent + item)
-    return [f"{line}," for line in lines[:-1]] + lines[-1:]
-
-
-def broken(head: str, formula: str) -> list[str]:
-    """A formula behind its head, in lines of the terminal's width, broken before plus and minus signs."""
-    lines = [head]
-    for part in re.split(r" (?=[+-] )", formula):
-        space = "" if lines[-1] == head else " "
-        if len(lines[-1]) > len(head) and len(lines[-1]) + len(part) + 1 > width():
-            lines.append(" " * len(head) + part)
-        else:
-            lines[-1] += space + part
-    return lines
-
-
-def columns(rows: Iterable[Iterable[str]], left: frozenset[int] = frozenset(), gap: str = "  ") -> list[str]:
-    """Rows of a table, right-justified but for some columns, without trailing blanks."""
-    table = [tuple(row) for row in rows]
-    widths = [max(len(cell) for cell in column) for column in zip(*table, strict=True)]
-    return [
-        gap.join(
-            cell.ljust(size) if index in left else cell.rjust(size)
-            for index, (cell, size) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in table
-    ]
+    return lines.filled(items, indent, width())

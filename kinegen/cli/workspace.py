@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from kinegen.cli.cached import warn_of_cache
+from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import complain, say, strong
 from kinegen.cli.workspace_report import Study, document, report
 from kinegen.errors import KinegenError, shown
@@ -55,7 +56,7 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     return tuple(planes)
 
 
-@click.command("workspace", short_help="Measures and draws what the tip reaches.")
+@click.command("workspace", cls=RobotCommand, short_help="Measures and draws what the tip reaches.")
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option(
     "--samples",
@@ -150,8 +151,8 @@ def _check_cloud(path: Path) -> None:
 
 
 def _study(file: Path, tip: str | None, limits_from: str | None, options: SurveyOptions) -> Study:
-    from kinegen.build import lower_file
-    from kinegen.robot.load import load
+    from kinegen.formats.load import load
+    from kinegen.pipeline import lower_file
     from kinegen.workspace.dexterous import find_turning
     from kinegen.workspace.ranges import joint_ranges
     from kinegen.workspace.survey import survey
@@ -188,8 +189,8 @@ def _no_dexterity(turning: Turning, workspace: Workspace) -> str:
 
 def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turning: Turning) -> Dexterity | str:
     """What the closed-form inverse finds, or why there is none."""
-    from kinegen.build import lower_file
     from kinegen.outputs import Kind, Quantity
+    from kinegen.pipeline import lower_file
     from kinegen.workspace.dexterous import dexterous_part
     from kinegen.workspace.inverse import find_inverse
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinegen import __version__
-from kinegen.cli.terminal import columns, faint, strong
+from kinegen.cli.terminal import faint, strong
+from kinegen.lines import columns
 from kinegen.workspace.units import MEASURES, in_words
 
 if TYPE_CHECKING:

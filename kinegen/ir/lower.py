@@ -19,8 +19,10 @@ from kinegen.ir.names import name_values
 from kinegen.ir.program import Operator, Program
 from kinegen.ir.signs import absorb_signs
 from kinegen.ir.values import Half, Value, Values
+from kinegen.outputs import Quantity
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
+from kinegen.symbolic.derive import derive
 from kinegen.symbolic.expressions import IN_SINGLE, Expressions
 from kinegen.symbolic.transforms import EXACT
 
@@ -57,6 +59,20 @@ def lower(expressions: Expressions) -> Program:
         signature=expressions.signature,
         parameters=tuple(parameter.name for parameter in expressions.parameters),
     )
+
+
+@lru_cache(maxsize=32)
+def program_of(robot: Robot, quantity: Quantity) -> Program:
+    """The program of one quantity of a robot, as a build derives and lowers it.
+
+    Args:
+        robot: The robot.
+        quantity: The quantity.
+
+    Raises:
+        KinegenError: If the robot does not have it, or a kernel cannot evaluate it.
+    """
+    return lower(derive(robot, quantity))
 
 
 def runtime_defaults(robot: Robot) -> tuple[Fraction, ...]:
@@ -158,6 +174,7 @@ class _Lowering:
         return self.values.select(*(self.value(part) for part in (condition.lts, condition.gts, less, other)))
 
 
+@lru_cache(maxsize=4096)
 def exact_number(expression: sp.Expr) -> Fraction:
     """The value of a constant expression: exact if rational, else to 150 digits."""
     if expression.is_Rational:

@@ -6,7 +6,7 @@ the analysis can be repeated. Frama-C is a program of its own; nothing else need
     angles.py    the angles whose sines and cosines a kernel takes
     pieces.py    where the sine-cosine pair is cut up for interval analysis
     ranges.py    what each number of an input may be
-    driver.py    C programs around the kernels
+    driver.py    C programs around the kernels; companions.py around the functions beside them
     claims.py    which functions a robot has, and what is to be shown of each
     eva.py       runs Frama-C, reads its summary
     evidence.py  the records; stage.py makes them; report.py prints them for a folder

@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 
 from kinegen.emit.c.arguments import given
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.fixed import Q30
+from kinegen.emit.c.nearest import nearest_of
 from kinegen.emit.fixed.kernel import emit_fixed
 from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
 from kinegen.emit.functions import is_straight
 from kinegen.emit.kernels import Kernels
+from kinegen.emit.nearest import NAME as NEAREST
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, function, macro, prefix
-from kinegen.prove.driver import HEAD, Claim, Driver, kernel_driver, limits_driver
+from kinegen.naming import Q30, c_file, default_params, function, macro
+from kinegen.prove.companions import limits_driver, nearest_driver
+from kinegen.prove.driver import HEAD, Claim, Driver, kernel_driver
 from kinegen.prove.ranges import InputRange, input_ranges
 
 LIMITS = ("within_limits", "clamp")
@@ -31,7 +33,7 @@ class Subject:
     Attributes:
         function: Its C name.
         called: The same without the robot's prefix.
-        output: The output that it computes, or what it does with limits.
+        output: The output that it computes; its own name where it belongs to an output or is about limits.
         real: Its number type: `float`, `double` or `q30`.
         ranges: What its inputs may be, where they may not be anything.
         driver: The program that calls it.
@@ -54,7 +56,8 @@ def subjects(kernels: Kernels, reals: tuple[Real, ...], *, integers: bool) -> tu
         integers: Whether to analyse the kernels in integers, too.
 
     Returns:
-        The functions: for each number type the outputs in their order, then those about limits.
+        The functions: for each number type the outputs in their order, the choice among the solutions of an inverse,
+        then those about limits.
 
     Raises:
         KinegenError: If integers cannot evaluate one of the outputs.
@@ -73,6 +76,9 @@ def _of_type(kernels: Kernels, real: Real) -> Iterator[Subject]:
         is_bounded = claim is Claim.FINITE
         called = program.quantity.function
         yield Subject(name, called, str(program.quantity), real, ranges * is_bounded, replace(driver, name=name))
+    if nearest := nearest_of(kernels, real):
+        driver = nearest_driver(kernels, real, nearest, files)
+        yield Subject(driver.name, NEAREST, NEAREST, real, (), driver)
     for name in LIMITS if robot.dof else ():
         driver = limits_driver(kernels, real, name, files)
         yield Subject(driver.name, name, name, real, (), driver)
@@ -94,7 +100,7 @@ def _integer_main(fixed: FixedKernels, program: Program, name: str) -> str:
     (result,) = program.signature.results
     total, extent = result.blocks * result.stored, f"[{result.blocks}]" if result.per_frame else ""
     arguments = ["q"] * bool(robot.dof)
-    arguments += [f"&{prefix(robot.name, Q30)}_default_params"] * bool(robot.runtime_parameters)
+    arguments += [f"&{default_params(robot.name, Q30)}"] * bool(robot.runtime_parameters)
     any_value = f"Frama_C_interval({_ENDS[0] + 1} - 1, {_ENDS[1]})"
     lines = [
         *([f"int32_t q[{macro(robot.name, 'DOF')}];"] if robot.dof else []),

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinegen.emit.c.arguments import computed, declared, given
-from kinegen.emit.c.kernel import emit_kernel, limit_names
+from kinegen.emit.c.arguments import computed, declared, given, number_type
+from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, function, macro, prefix, sincos_macro
+from kinegen.naming import c_file, default_params, function, prefix, sincos_macro
 from kinegen.older import StrEnum
 from kinegen.outputs import Array
 from kinegen.prove.angles import angle_range, rounded
@@ -86,7 +86,7 @@ def kernel_driver(
     source = c_file(robot.name, "c", real)
     inputs = {array.name: (array, program) for program in kernels.programs for array in given(program)}
     ranges = {name: _bounds(robot, array, box) for name, (array, _) in inputs.items()}
-    lines = [HEAD, _any_number(real) if claim is Claim.DEFINED else "", _pair_in_pieces(kernels, real, ranges)]
+    lines = [HEAD, any_number_text(real) if claim is Claim.DEFINED else "", _pair_in_pieces(kernels, real, ranges)]
     lines.append(f'#include "{source}"\n\nint main(void)\n{{\n')
     for name, (array, program) in inputs.items():
         lines.append(f"    {real} {declared(kernels, program, array)};\n")
@@ -101,35 +101,6 @@ def kernel_driver(
     return Driver(
         prefix(robot.name, real), {"main.c": "".join(lines), **(files or emit_kernel(kernels, real))}, count, claim
     )
-
-
-def limits_driver(kernels: Kernels, real: Real, name: str, files: dict[str, str]) -> Driver:
-    """A program that calls `within_limits` or `clamp` with every joint vector, infinities and NaN among them.
-
-    Args:
-        kernels: The robot and its programs.
-        real: The number type.
-        name: Which of the two.
-        files: The emitted files.
-
-    Returns:
-        The program. The first gives 0 or 1; the second a vector within the limits, with NaN where there was one.
-    """
-    robot = kernels.robot
-    called, dof = function(robot.name, name, real), macro(robot.name, "DOF")
-    low, high = limit_names(robot, real)
-    if name == "clamp":
-        kept = f"\\is_NaN(clamped[i]) || ({low}[i] <= clamped[i] <= {high}[i])"
-        body = (
-            f"    {real} clamped[{dof}];\n    {called}(q, clamped);\n    //@ loop unroll {robot.dof};\n"
-            f"    for (int i = 0; i < {robot.dof}; i++) {{\n        /*@ assert {kept}; */\n    }}\n"
-        )
-    else:
-        body = f"    const int within = {called}(q);\n    /*@ assert within == 0 || within == 1; */\n"
-    values = "".join(f"    q[{index}] = any_number();\n" for index in range(robot.dof))
-    main = f"int main(void)\n{{\n    {real} q[{dof}];\n{values}{body}    return 0;\n}}\n"
-    text = f'{HEAD}{_any_number(real)}#include "{c_file(robot.name, "c", real)}"\n\n{main}'
-    return Driver(called, {"main.c": text, **files}, 1, Claim.DEFINED)
 
 
 def pair_driver(real: Real) -> Driver:
@@ -182,7 +153,7 @@ def _pair_call(real: Real) -> str:
     return f"    {real} s;\n    {real} c;\n    pair_sincos(x, &s, &c);\n"
 
 
-def _any_number(real: Real) -> str:
+def any_number_text(real: Real) -> str:
     """A function that may give every number of the type, infinities and NaN among them."""
     largest = float(np.finfo(np.float32 if real is Real.FLOAT else np.float64).max)
     end, zero = literal(real, largest), f"0.0{_suffix(real)}"
@@ -244,16 +215,16 @@ def _call(kernels: Kernels, program: Program, real: Real, claim: Claim) -> str:
     robot = kernels.robot
     results = computed(program)
     arguments = [array.name for array in given(program)]
-    arguments += [f"&{prefix(robot.name, real)}_default_params"] if robot.runtime_parameters else []
+    arguments += [f"&{default_params(robot.name, real)}"] if robot.runtime_parameters else []
     arguments += [array.name for array in results]
-    lines = ["{", *(f"    {real} {declared(kernels, program, array)};" for array in results)]
+    lines = ["{", *(f"    {number_type(array, real)} {declared(kernels, program, array)};" for array in results)]
     lines.append(f"    {function(robot.name, program.quantity.function, real)}({', '.join(arguments)});")
-    claimed = "is_finite(entry[i])" if claim is Claim.FINITE else "initialized(&entry[i])"
     for place, result in enumerate(results):
         total, entry = result.blocks * result.stored, f"entry{place or ''}"
-        first = f"&{result.name}[0]{'[0]' * result.per_frame}"
+        first = f"&{result.name}[0]{'[0]' * result.in_blocks}"
+        claimed = _claimed(result, claim)
         lines += [
-            f"    const {real} *const {entry} = {first};",
+            f"    const {number_type(result, real)} *const {entry} = {first};",
             f"    //@ loop unroll {total};",
             f"    for (int i = 0; i < {total}; i++) {{",
             f"        /*@ assert \\{claimed.replace('entry', entry)}; */",
@@ -264,10 +235,17 @@ def _call(kernels: Kernels, program: Program, real: Real, claim: Claim) -> str:
     return "".join(f"    {line}\n" for line in [*lines, "}"])
 
 
+def _claimed(result: Array, claim: Claim) -> str:
+    """What is asserted of each number of a result; a truth value has two."""
+    if result.is_truth:
+        return "initialized(&entry[i]) && entry[i] <= 1"
+    return "is_finite(entry[i])" if claim is Claim.FINITE else "initialized(&entry[i])"
+
+
 def _shows(program: Program, result: Array) -> Iterator[str]:
     """What makes Frama-C print the hull of a result."""
     name = program.quantity.function
-    place = f"{result.name}[Frama_C_interval(0, {result.blocks - 1})]" if result.per_frame else result.name
+    place = f"{result.name}[Frama_C_interval(0, {result.blocks - 1})]" if result.in_blocks else result.name
     if result.is_pose:
         yield f"Frama_C_show_each_{name}_position({place}[4 * Frama_C_interval(0, 2) + 3]);"
         yield f"Frama_C_show_each_{name}_rotation({place}[4 * Frama_C_interval(0, 2) + Frama_C_interval(0, 2)]);"

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from kinegen.emit.actuators import ARRAY as ACTUATORS
 from kinegen.outputs import Array
-from kinegen.robot.actuators_extent import reading_ranges
+from kinegen.robot.actuators.extent import reading_ranges
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Dimension, JointType, Robot
+from kinegen.robot.model import JointType, Robot
 
 Box = tuple[tuple[float, float], ...]
 """Lower and upper bound of each of some numbers."""

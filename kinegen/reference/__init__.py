@@ -16,7 +16,7 @@ from kinegen.reference.actuators import Actuation
 from kinegen.reference.actuators_inverse import readings
 from kinegen.reference.numbers import DIGITS, WIDE, WIDE_UNIT
 from kinegen.reference.orientation import Orientation, rotations
-from kinegen.reference.poses import frames, frames_mp, pose, pose_mp
+from kinegen.reference.poses import fk, frames, frames_mp, pose, pose_mp
 from kinegen.reference.velocity import Kinematics
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Actuation",
     "Kinematics",
     "Orientation",
+    "fk",
     "frames",
     "frames_mp",
     "pose",

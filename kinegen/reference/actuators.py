@@ -21,7 +21,7 @@ from kinegen.outputs import Reference
 from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.reference.series import Series, constant, in_series
 from kinegen.reference.velocity import TIP, Kinematics
-from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Reading, Triangle
+from kinegen.robot.actuators.model import Coupling, Drive, Formula, FourBar, Reading, Triangle
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.model import Robot
 

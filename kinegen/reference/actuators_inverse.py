@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinegen.reference.actuators import driven, middle
 from kinegen.reference.numbers import DIGITS, Kind, digit_arrays
-from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Triangle
-from kinegen.robot.actuators_extent import reading_box
+from kinegen.robot.actuators.extent import reading_box
+from kinegen.robot.actuators.model import Coupling, Drive, Formula, FourBar, Triangle
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.model import Robot
 

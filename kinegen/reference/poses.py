@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ import mpmath
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinegen.errors import KinegenError, quote
 from kinegen.reference.chain import chain, values_of
 from kinegen.reference.numbers import DIGITS, FLOATS, FloatArray, digits
 from kinegen.robot.model import Robot
@@ -45,6 +47,49 @@ def pose(robot: Robot, q: ArrayLike, params: Mapping[str, float] | None = None) 
     """
     found = frames(robot, q, params)
     return np.stack([found[tip] for tip in robot.tips], axis=1)
+
+
+def fk(robot: Robot, q: ArrayLike, frame: str = "", params: Mapping[str, float] | None = None) -> FloatArray:
+    """Poses by plain matrix products in float64: the judge of every kernel, with the shapes of `fk` of a module.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (..., dof); radians and the robot's length unit.
+        frame: Name of a frame; the tips if left out.
+        params: Values of parameters that differ from the file, in radians and the robot's length unit.
+
+    Returns:
+        `base_T_tool` of shape (..., 4, 4); for the tips of a tree (..., tips, 4, 4), in the order of `robot.tips`. NaN
+        and infinity in a joint vector make entries that depend on them NaN.
+
+    Raises:
+        KinegenError: If the joint vectors have another length, or there is no such frame or parameter.
+
+    Example:
+        >>> import kinegen
+        >>> arm = kinegen.load("robots/planar_3r.yaml")
+        >>> kinegen.reference.fk(arm, [0.0, 0.0, 0.0]).shape, kinegen.reference.fk(arm, [[0.0, 0.0, 0.0]]).shape
+        ((4, 4), (1, 4, 4))
+    """
+    try:
+        batch = np.asarray(q, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise KinegenError(f"{robot.name}: joint vectors must be real numbers of shape (..., {robot.dof})") from None
+    if batch.shape[-1:] != (robot.dof,):
+        raise KinegenError(f"{robot.name}: joint vectors have shape {batch.shape}, expected (..., {robot.dof})")
+    lead = batch.shape[:-1]
+    flat = batch.reshape(math.prod(lead), robot.dof)
+    try:
+        with np.errstate(invalid="ignore"):
+            found = frames(robot, flat, params)
+    except ValueError as error:
+        raise KinegenError(str(error)) from None
+    if frame and frame not in found:
+        known = ", ".join(robot.frame_names)
+        raise KinegenError(f"{robot.name} has no frame {quote(str(frame))} (there are {known})")
+    if frame or not robot.is_tree:
+        return found[frame or robot.tips[0]].reshape(*lead, 4, 4)
+    return np.stack([found[tip] for tip in robot.tips], axis=1).reshape(*lead, len(robot.tips), 4, 4)
 
 
 def frames_mp(robot: Robot, q: Iterable[Any], params: Mapping[str, Any] | None = None) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from functools import lru_cache
 from kinegen.errors import KinegenError
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import BASE, Robot
-from kinegen.symbolic import actuators_kernels
+from kinegen.symbolic.actuators import kernels as actuators_kernels
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
 from kinegen.symbolic.hessian import derive_hessian

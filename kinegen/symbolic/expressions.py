@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import sympy as sp
+from sympy.core.exprtools import decompose_power
+from sympy.core.sorting import default_sort_key
 
 from kinegen.outputs import Signature
 from kinegen.symbolic.fold import Vector, rotate
@@ -46,7 +48,7 @@ class Tape:
         """Give an expression a name, unless it is a number, a symbol, a sine or a cosine (or minus one)."""
         if is_atom(expression):
             return expression
-        negative = expression.could_extract_minus_sign()
+        negative = has_minus_sign(expression)
         core = -expression if negative else expression
         return -self._define(core) if negative else self._define(core)
 
@@ -74,6 +76,39 @@ def by_type(double: sp.Expr, single: sp.Expr) -> sp.Expr:
 def number_of(expression: sp.Expr, *, single: bool) -> float:
     """The value of such a number, or of any other one, in a number type."""
     return float(sp.N(expression.subs(IN_SINGLE, int(single))))
+
+
+def has_minus_sign(expression: sp.Expr) -> bool:
+    """Whether the negative of an expression gets a name in its place; never true of both.
+
+    The answer is that of sympy's `could_extract_minus_sign`: most terms of a sum decide, and where as many are
+    negative as not, the first term in lexical order. sympy finds that order with the values of all constants, whose
+    evaluation would take most of the time of a long chain; they matter only for terms without variables, and for terms
+    that have the same ones.
+    """
+    if not expression.is_Add:
+        return bool(expression.could_extract_minus_sign())
+    minus = sum(_is_negative(term) for term in expression.args)
+    if 2 * minus != len(expression.args):
+        return 2 * minus > len(expression.args)
+    powers = [_powers(term) for term in expression.args]
+    bases = sorted(set().union(*powers), key=default_sort_key)
+    orders = [tuple(each.get(base, 0) for base in bases) for each in powers]
+    first = max(orders)
+    if orders.count(first) > 1 or not all(powers):
+        return bool(expression.could_extract_minus_sign())
+    return bool(expression.args[orders.index(first)].as_coeff_Mul()[0].is_negative)
+
+
+def _is_negative(term: sp.Expr) -> bool:
+    if term.is_Mul:
+        return bool(term.args[0].is_Number and term.args[0].is_negative)
+    return bool(term.could_extract_minus_sign())
+
+
+def _powers(term: sp.Expr) -> dict[sp.Expr, int]:
+    """The exponents of the factors of a term that are not numbers."""
+    return dict(decompose_power(factor) for factor in sp.Mul.make_args(term) if not factor.is_number)
 
 
 def is_atom(expression: sp.Expr) -> bool:

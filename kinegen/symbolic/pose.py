@@ -8,7 +8,7 @@ are counted and the cheapest is kept.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -37,6 +37,12 @@ UNITS: tuple[Vector, Vector, Vector] = (
 
 _NEAR_THE_TIP = 6
 """How many turns from the tip on are tried as the place at which the last shift is added."""
+
+_LONG = 48
+"""A chain of more turns is planned by its end: what candidates differ in is near the tip."""
+
+_END = 24
+"""How many turns this end has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +99,15 @@ def _forward(robot: Robot) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]
 
 
 def cheapest_plan(folded: Folded) -> Plan:
-    """Count the candidates and keep the cheapest; the first of equals wins."""
+    """Count the candidates and keep the cheapest; the first of equals wins.
+
+    Long chains are planned by their last turns, so that the time grows with the length once and not with every
+    candidate. Any plan is right; the one that is kept there may take a few operations more than the cheapest.
+    """
+    before = len(folded.turns) - _END
+    if len(folded.turns) > _LONG:
+        plan = cheapest_plan(replace(folded, turns=folded.turns[before:], shifts=folded.shifts[before:]))
+        return replace(plan, attach=plan.attach + before) if plan.attach else plan
     plans = [Plan(carried) for carried in ((0, 1, 2), (0, 1), (0, 2), (1, 2))]
     tape = _Trials()
     best = min(plans, key=lambda plan: _plan_cost(folded, plan, tape))

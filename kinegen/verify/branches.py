@@ -22,6 +22,7 @@ from kinegen.symbolic.inverse.family import (
     ElbowArm,
     Family,
     FlatArm,
+    GimbalArm,
     PointArm,
     StrokeArm,
     TripleArm,
@@ -40,10 +41,17 @@ _WORDS = {
     "shoulder right": ("shoulder", -1),
     "elbow up": ("elbow", 1),
     "elbow down": ("elbow", -1),
+    "elbow left": ("elbow", 1),
+    "elbow right": ("elbow", -1),
     "stroke forward": ("stroke", 1),
     "stroke backward": ("stroke", -1),
     "wrist no-flip": ("wrist", 1),
     "wrist flip": ("wrist", -1),
+    # Solved from the tool: the last joint is the waist, and the first three are the wrist.
+    "hand left": ("shoulder", 1),
+    "hand right": ("shoulder", -1),
+    "shoulder no-flip": ("wrist", 1),
+    "shoulder flip": ("wrist", -1),
 }
 
 
@@ -89,13 +97,22 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
     Returns:
         By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
     """
-    return dict(_signs(Lines(robot, q), Lines(robot, np.zeros((1, robot.dof))), family))
+    zero = np.zeros((1, robot.dof))
+    now, rest = (Lines(robot, each, is_reversed=family.is_reversed) for each in (q, zero))
+    return dict(_signs(now, rest, family))
 
 
 class Lines:
-    """The axes of all joints: directions and points, in the base frame."""
+    """The axes of all joints: directions and points, in the base frame.
 
-    def __init__(self, robot: Robot, q: FloatArray) -> None:
+    Attributes:
+        directions: Unit vectors, shape (N, dof, 3), in the order of the chain.
+        points: A point of each axis, shape (N, dof, 3).
+        tool: Where the tool is, shape (N, 3).
+        extent: The reach of the arm.
+    """
+
+    def __init__(self, robot: Robot, q: FloatArray, *, is_reversed: bool = False) -> None:
         jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
         place = reference.pose(robot, q)[:, 0, :3, 3]
         linear, angular = jacobian[:, :3].swapaxes(1, 2), jacobian[:, 3:].swapaxes(1, 2)
@@ -105,16 +122,23 @@ class Lines:
         self.directions = self.directions / np.linalg.norm(self.directions, axis=2, keepdims=True)
         lever = np.cross(angular, linear) / np.where(turns, rates, 1) ** 2
         self.points = place[:, None] + np.where(turns, lever, 0)
-        self.tool, self.extent = place, reach(robot)
+        self.tool, self.extent, self._is_reversed = place, reach(robot), is_reversed
+        if is_reversed:
+            # From the tool, a joint turns everything before it the other way.
+            self.directions, self.points = -self.directions[:, ::-1], self.points[:, ::-1]
 
     def direction(self, number: int) -> FloatArray:
-        """Of the axis of a joint, by its number from 1."""
+        """Of an axis, by its place along the chain from 1."""
         found: FloatArray = self.directions[:, number - 1]
         return found
 
+    def place(self, joint: JointAxis) -> int:
+        """The place of a joint along the chain, from 1."""
+        return self.directions.shape[1] + 1 - joint.number if self._is_reversed else joint.number
+
     def pointing(self, joint: JointAxis) -> FloatArray:
         """The same, the way that the axis points, whichever way its joint turns."""
-        return self.direction(joint.number) * (1.0 if joint.rate > 0 else -1.0)
+        return self.direction(self.place(joint)) * (1.0 if joint.rate > 0 else -1.0)
 
     def from_axis(self, number: int, point: FloatArray) -> FloatArray:
         """From an axis to points, across it."""
@@ -158,12 +182,14 @@ def _signs(now: Lines, zero: Lines, family: Family) -> Iterator[tuple[str, Float
 def _arm_signs(
     now: Lines, zero: Lines, arm: Arm, point: FloatArray, rest: FloatArray
 ) -> Iterator[tuple[str, FloatArray]]:
-    if isinstance(arm, ElbowArm | StrokeArm):
+    if isinstance(arm, ElbowArm | GimbalArm | StrokeArm):
         yield "shoulder", _side(now, zero, point, rest)
+    if isinstance(arm, GimbalArm):
+        yield "elbow", _left(now, point, now.pointing(arm.elbow))
     if isinstance(arm, ElbowArm):
         yield "elbow", _above(now, arm.waist, point, point)
     if isinstance(arm, StrokeArm | ColumnArm):
-        turn = 2 if isinstance(arm, StrokeArm) else arm.turn.number
+        turn = 2 if isinstance(arm, StrokeArm) else now.place(arm.turn)
         yield "stroke", _dot(now.from_axis(turn, point), now.pointing(arm.stroke)) / now.extent
 
 
@@ -195,6 +221,18 @@ def _above(lines: Lines, waist: Waist, reached: FloatArray, carried: FloatArray)
 def _bent(lines: Lines, first: int, second: int, carried: FloatArray, viewer: FloatArray) -> FloatArray:
     """How far one axis is to the left of the line from another one to what is carried, for a viewer above them."""
     to_point, to_elbow = lines.from_axis(first, carried), lines.from_axis(first, lines.points[:, second - 1])
+    return _leftness(to_point, to_elbow, viewer)
+
+
+def _left(lines: Lines, carried: FloatArray, viewer: FloatArray) -> FloatArray:
+    """How far axis 3 is to the left of the line from where axes 1 and 2 meet to what is carried."""
+    centre = lines.meeting(1, 2)
+    to_point, to_elbow = carried - centre, -lines.from_axis(3, centre)
+    return _leftness(to_point - _dot(to_point, viewer)[:, None] * viewer, to_elbow, viewer)
+
+
+def _leftness(to_point: FloatArray, to_elbow: FloatArray, viewer: FloatArray) -> FloatArray:
+    """The sine of the angle from one vector to another for a viewer above both; 0 where there is no angle."""
     sizes = np.linalg.norm(to_point, axis=1) * np.linalg.norm(to_elbow, axis=1) * np.linalg.norm(viewer, axis=1)
     turned = _dot(np.cross(to_point, to_elbow), viewer)
     found: FloatArray = np.divide(turned, sizes, out=np.zeros_like(turned), where=sizes > 0)

@@ -16,12 +16,15 @@ from typing import Any
 import numpy as np
 
 from kinegen.emit.accuracy import NUMBER_TYPES
+from kinegen.emit.nearest import NAME as NEAREST
 from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
-from kinegen.naming import prefix, vectors_file
+from kinegen.ir.lower import program_of
+from kinegen.naming import default_params, vectors_file
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
+from kinegen.robot.extent import reach
+from kinegen.robot.model import JointType, Robot
 from kinegen.verify.joint_limits import require_limits, require_python_limits
 from kinegen.verify.known import quantity_frames
 from kinegen.verify.probe import TYPES, Probe, Spoilable, compile_probe
@@ -30,7 +33,8 @@ from kinegen.verify.selftests import SPOILT_JOINTS, Deltas, require_selftest
 from kinegen.verify.spread import COARSE, FloatArray, coarse_spread
 from kinegen.verify.straight import require_straight
 from kinegen.verify.tables import DRIVEN, default_parameters, require_tables
-from kinegen.verify.tolerances import program_of, shaped
+from kinegen.verify.tolerances import shaped
+from kinegen.verify.types import require_types
 from kinegen.verify.vectors import vector_inputs
 from kinegen.verify.worst import worst_number
 
@@ -62,6 +66,7 @@ def require_files(
     programs = tuple(quantity for quantity in quantities if quantity.kind is not Kind.NUMERIC_INVERSE)
     require_tables(robot, package, programs)
     require_python_limits(robot, package)
+    require_types(robot, package, folder)
     straight = tuple(quantity for quantity in programs if quantity.kind is not Kind.INVERSE)
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".py")}
     require_straight(robot, texts, straight, reals)
@@ -69,6 +74,8 @@ def require_files(
         return
     compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
     kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
+    choices = tuple(quantity for quantity in programs if quantity.kind is Kind.INVERSE)
+    kernels += [Spoilable(NEAREST, 2, (robot.dof,), is_choice=True) for _ in choices]
     spreads = _spreads(robot, programs)
     for real in reals:
         probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)
@@ -76,10 +83,11 @@ def require_files(
         require_limits(robot, probe)
         _require_defaults(robot, probe)
         require_routines(robot, probe)
-        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(programs, kernels, strict=True)]
+        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(programs, kernels)]
+        deltas += [(_joint_deltas(robot),) for _ in choices]
         text = (folder / vectors_file(robot.name, real)).read_text(encoding="utf-8")
         explain = partial(worst_number, robot, package, text, programs, real)
-        require_selftest(robot, probe, programs, kernels, deltas, explain)
+        require_selftest(robot, probe, (*programs, *choices), kernels, deltas, explain)
 
 
 def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 0) -> dict[str, int]:
@@ -121,7 +129,7 @@ def _require_defaults(robot: Robot, probe: Probe) -> None:
     wanted = default_parameters(robot)
     if not wanted:
         return
-    name = f"{prefix(robot.name, probe.real)}_default_params"
+    name = default_params(robot.name, probe.real)
     found = (TYPES[probe.real] * len(wanted)).in_dll(probe.library, name)
     tiny = float(np.finfo(probe.real if probe.real == "double" else "float32").eps)
     for parameter, value in zip(wanted, found, strict=True):
@@ -147,6 +155,12 @@ def _spreads(robot: Robot, quantities: Sequence[Quantity]) -> dict[Quantity, Spr
             zip(sizes, shaped(program, spread.max(axis=0, keepdims=True), 0.0), strict=True)
         )
     return found
+
+
+def _joint_deltas(robot: Robot) -> tuple[float, ...]:
+    """By how much each joint value of a chosen solution is spoilt: an angle, or a part of the reach."""
+    strokes = [variable.type is JointType.PRISMATIC for variable in robot.variables]
+    return tuple(SPOILT_JOINTS * (reach(robot) if stroke else 1.0) for stroke in strokes)
 
 
 def _deltas(spoilt: Spoilable, spreads: Spreads | None, real: str) -> Deltas:

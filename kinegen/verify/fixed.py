@@ -7,8 +7,9 @@ have to be within the proven error; nothing is added for the rounding of inputs.
 from __future__ import annotations
 
 import ctypes
+import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,23 +17,29 @@ from typing import Any
 import numpy as np
 
 from kinegen import reference
-from kinegen.emit.fixed import Q30
 from kinegen.emit.fixed.kernels import FixedKernels
-from kinegen.emit.fixed.manual import largest_errors
+from kinegen.emit.fixed.manual import largest
+from kinegen.errors import ProofError
 from kinegen.ir.fixed.program import NUMBER_BITS, FixedProgram
-from kinegen.naming import c_file, function, prefix
+from kinegen.naming import Q30, c_file, default_params, function, prefix, sincos_macro
 from kinegen.native.compiler import Compiler, find_compiler
 from kinegen.outputs import Quantity
 from kinegen.robot.extent import reach
+from kinegen.verify.coarse import BOARD, EXACT_BITS, board_flags, board_text
 from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.files import SPOILT, header_macros, require_macros
 from kinegen.verify.integers import FloatArray, Integers, integer_samples, parameters, unit
 from kinegen.verify.known import quantity_frames
 from kinegen.verify.probe import Spoilable, compile_probe
-from kinegen.verify.selftests import require_selftest
+from kinegen.verify.selftests import require_accepted, require_selftest
 
 _REFERENCE = 1e-13
 """What the reference in float64 may lose, a hundred thousand times less than the kernels."""
+
+COARSE_STRIDE = 7
+"""A coarse pair is tried at every so many of the samples."""
+
+SPLIT = "-DKINEGEN_Q30_SPLIT"
 
 _FLAGS = ("-std=c99", "-O1", "-shared", "-fPIC")
 
@@ -64,9 +71,7 @@ class IntegerLibrary:
         kernel.restype = None
         extra: list[Any] = []
         if robot.runtime_parameters:
-            extra = [
-                ctypes.byref((ctypes.c_char * 0).in_dll(self.library, f"{prefix(robot.name, Q30)}_default_params"))
-            ]
+            extra = [ctypes.byref((ctypes.c_char * 0).in_dll(self.library, default_params(robot.name, Q30)))]
         frames = len(quantity_frames(robot, quantity))
         out = np.full((len(q), frames, 16 if quantity.is_pose else 3), -7, np.int32)
         rows = np.ascontiguousarray(q, np.int32)
@@ -123,6 +128,7 @@ def prove_fixed(fixed: FixedKernels, files: Mapping[str, str]) -> Proof:
         proof = Proof(reach(robot), compare_integers(fixed, library))
         proof.require(robot)
         _require_files(fixed, files, Path(folder))
+        require_coarse(fixed, files, Path(folder) / "coarse")
     return proof
 
 
@@ -132,37 +138,89 @@ def _require_files(fixed: FixedKernels, files: Mapping[str, str], folder: Path) 
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
     macros = {**header_macros(robot, quantities), "Q30_LENGTH_BITS": fixed.scales.length}
-    sizes = [(16 if quantity.is_pose else 3) * len(quantity_frames(robot, quantity)) for quantity in quantities]
-    kernels = [
-        Spoilable(quantity.function, min(1, robot.dof), (size,))
-        for quantity, size in zip(quantities, sizes, strict=True)
-    ]
+    kernels = _spoilables(fixed)
     probe = compile_probe(robot, folder, Q30, kernels, tuple(macros), find_compiler())
     require_macros(robot, probe, macros)
-    deltas = [((float(SPOILT),) * size,) for size in sizes]
+    deltas = [tuple((float(SPOILT),) * size for size in kernel.results) for kernel in kernels]
     require_selftest(robot, probe, quantities, kernels, deltas)
 
 
-def compare_integers(fixed: FixedKernels, library: IntegerLibrary) -> tuple[Comparison, ...]:
+def _spoilables(fixed: FixedKernels) -> list[Spoilable]:
+    """The kernels of the self-test."""
+    robot, quantities = fixed.robot, [program.program.quantity for program in fixed.programs]
+    sizes = [(16 if quantity.is_pose else 3) * len(quantity_frames(robot, quantity)) for quantity in quantities]
+    return [
+        Spoilable(quantity.function, min(1, robot.dof), (size,))
+        for quantity, size in zip(quantities, sizes, strict=True)
+    ]
+
+
+def require_coarse(fixed: FixedKernels, files: Mapping[str, str], folder: Path) -> None:
+    """See that what is said of a coarse pair holds: the errors in the header, and what the self-test then accepts.
+
+    Args:
+        fixed: The robot and its integer programs.
+        files: The emitted files by name.
+        folder: Where to compile; it is made.
+
+    Raises:
+        CompileError: If the compiler refuses.
+        ProofError: If an error is larger than the header says, or the self-test accepts more or less than that.
+    """
+    robot, coarse = fixed.robot, fixed.coarse
+    if coarse is None:
+        return
+    folder.mkdir()
+    for name, text in {**files, BOARD: board_text(robot)}.items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    for bits, more in ((coarse.bits, ()), (coarse.halves, (SPLIT,))):
+        own = folder / f"pair{len(more)}"
+        own.mkdir()
+        library = compile_integers(fixed, files, own, find_compiler(), *board_flags(folder, bits), *more)
+        Proof(reach(robot), compare_integers(fixed, library, coarse.errors, COARSE_STRIDE)).require(robot)
+        if all(each.holds for each in compare_integers(fixed, library, stride=COARSE_STRIDE)):
+            reason = f"{sincos_macro(robot.name, Q30)} changes nothing, so it is not used"
+            raise ProofError(f"{robot.name}: {reason}; nothing was written")
+    kernels = _spoilables(fixed)
+    probe = compile_probe(robot, folder, Q30, kernels, (), find_compiler(), board_flags(folder, EXACT_BITS))
+    fine = max(error for program in fixed.programs for error in program.errors)
+    require_accepted(robot, probe, kernels, max(map(max, coarse.errors)), math.ceil(fine) + 1)
+
+
+def compare_integers(
+    fixed: FixedKernels,
+    library: IntegerLibrary,
+    errors: Sequence[Sequence[float]] | None = None,
+    stride: int = 1,
+) -> tuple[Comparison, ...]:
     """Compare every integer kernel with the reference.
 
     Args:
         fixed: The robot and its integer programs.
         library: The kernels.
+        errors: Proven errors of each program, where they are not those of the emitted pair.
+        stride: Takes every so many of the samples.
 
     Returns:
         One comparison for each kernel.
     """
-    q = integer_samples(fixed)
+    q = integer_samples(fixed)[::stride]
     points = q * np.array([unit(fixed, index) for index in range(fixed.robot.dof)])
     known = reference.frames(fixed.robot, points, parameters(fixed))
+    bounds = [program.errors for program in fixed.programs] if errors is None else errors
     return tuple(
-        _compare(fixed, program, points, library.call(program.program.quantity, q), known) for program in fixed.programs
+        _compare(fixed, program, bound, points, library.call(program.program.quantity, q), known)
+        for program, bound in zip(fixed.programs, bounds, strict=True)
     )
 
 
 def _compare(
-    fixed: FixedKernels, program: FixedProgram, points: FloatArray, result: Integers, known: dict[str, FloatArray]
+    fixed: FixedKernels,
+    program: FixedProgram,
+    errors: Sequence[float],
+    points: FloatArray,
+    result: Integers,
+    known: dict[str, FloatArray],
 ) -> Comparison:
     robot, quantity = fixed.robot, program.program.quantity
     expected = np.stack([known[frame] for frame in quantity_frames(robot, quantity)], axis=1)
@@ -177,8 +235,8 @@ def _compare(
         rotation = np.where(is_last, rotation, np.inf)  # constants have no error
     else:
         position = np.abs(result * length - expected[..., :3, 3]).max(axis=2)
-    errors, turned = largest_errors(program)
-    position_tolerance = max(errors) * length + _REFERENCE * extent
+    along, turned = largest(program, errors)
+    position_tolerance = max(along) * length + _REFERENCE * extent
     rotation_tolerance = turned * number + _REFERENCE
     row, column = np.unravel_index(
         np.argmax(np.maximum(position / position_tolerance, rotation / rotation_tolerance)), position.shape

@@ -1,52 +1,20 @@
-"""Test vectors of the integer kernels, from the 50-digit reference, and all files that are written of them."""
+"""Test vectors of the integer kernels, from the 50-digit reference."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import mpmath
 import numpy as np
 
 from kinegen import reference
-from kinegen.emit.fixed.kernel import emit_fixed
-from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
-from kinegen.emit.fixed.vectors import FixedVectors, IntegerRow, emit_fixed_vectors
-from kinegen.emit.kernels import Kernels
+from kinegen.emit.fixed.kernels import FixedKernels
+from kinegen.emit.fixed.vectors import FixedVectors, IntegerRow
 from kinegen.ir.fixed.program import FixedProgram
 from kinegen.verify.integers import ENDS, exact_parameters, exact_point, quantised
 from kinegen.verify.known import quantity_frames
 from kinegen.verify.samples import vector_samples
-
-
-@dataclass(frozen=True, slots=True)
-class IntegerKernels:
-    """The integer kernels of a robot and their files.
-
-    Attributes:
-        fixed: The robot and its integer programs.
-        files: Kernels, test vectors and self-test, by name.
-    """
-
-    fixed: FixedKernels
-    files: Mapping[str, str]
-
-
-def emit_integers(kernels: Kernels) -> IntegerKernels:
-    """Write the programs of a robot in integers and print all there is of them.
-
-    Args:
-        kernels: The robot and its programs.
-
-    Returns:
-        The integer programs and the text of their files.
-
-    Raises:
-        KinegenError: If integers cannot evaluate a program; the message says why.
-    """
-    fixed = fixed_kernels(kernels)
-    return IntegerKernels(fixed, emit_fixed(fixed) | emit_fixed_vectors(fixed, fixed_vectors(fixed)))
 
 
 def fixed_vectors(fixed: FixedKernels) -> FixedVectors:

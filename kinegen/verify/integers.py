@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.ir.fixed.turns import TURN
-from kinegen.robot.model import Dimension, JointType
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import JointType
 from kinegen.verify.samples import SEED, proof_samples
 
 Integers = NDArray[np.int32]

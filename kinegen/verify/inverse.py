@@ -145,7 +145,7 @@ def _rooms(robot: Robot, real: str) -> FloatArray:
     """How far outside its limits each joint of a valid solution may be."""
     family = family_of(robot)
     near = thresholds_of(family, reach(robot))
-    return np.array([number_of(near.room(joint), single=real == "float") for joint in family.axes.joints])
+    return np.array([number_of(near.room(joint), single=real == "float") for joint in family.joints])
 
 
 def counts_line(trial: Trial) -> str:

@@ -104,7 +104,7 @@ class _Joint:
 
 
 def _joints(robot: Robot, family: Family, rooms: FloatArray) -> tuple[_Joint, ...]:
-    turns = (2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.axes.joints)
+    turns = (2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in family.joints)
     limited = (each.limits is not None for each in robot.variables)
     parts = zip(joint_box(robot), limited, turns, rooms, strict=True)
     return tuple(_Joint(float(low), float(high), own, turn, float(room)) for (low, high), own, turn, room in parts)

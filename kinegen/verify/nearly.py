@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from kinegen import reference
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import PI, Expression, Name, add, linear, multiply, names, negate, number
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Dimension, Robot, Step
+from kinegen.robot.model import Robot, Step
 from kinegen.robot.units import RADIAN
 from kinegen.robot.values import checked_value, is_zero
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from kinegen.ir.program import Operator, Program
 from kinegen.outputs import Array
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import evaluate, number
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, Robot
+from kinegen.robot.model import Robot
 from kinegen.verify.known import Numbers
 from kinegen.verify.nonnumbers import FAR, MOVED, POINTS, Spoilt, differ, returned
 from kinegen.verify.samples import input_samples, vector_samples

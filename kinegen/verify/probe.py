@@ -35,11 +35,13 @@ class Spoilable:
         function: Its name after the robot's prefix.
         inputs: How many arrays it is given that have numbers.
         results: How many numbers each of its results has, the last rows of matrices counted.
+        is_choice: Whether it chooses a solution, and returns whether there is one; this is its last result.
     """
 
     function: str
     inputs: int
     results: tuple[int, ...]
+    is_choice: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,7 @@ def compile_probe(
     kernels: Sequence[Spoilable],
     macros: Sequence[str],
     compiler: Compiler,
+    flags: Sequence[str] = (),
 ) -> Probe:
     """Compile the files of one number type.
 
@@ -74,6 +77,7 @@ def compile_probe(
         kernels: The kernels of the self-test.
         macros: What the header must define, after the robot's prefix.
         compiler: The compiler.
+        flags: Further flags for all of them.
 
     Raises:
         CompileError: If it refuses a file, or the header lacks a macro.
@@ -93,9 +97,9 @@ def compile_probe(
         sources.append(c_file(robot.name, "c", real))
     (folder / sources[0]).write_text(_probe(robot, real, kernels, macros), encoding="utf-8")
     renames = [f"-D{function(robot.name, each.function, real)}=kinegen_spoilt_{each.function}" for each in kernels]
-    test = ("-DKINEGEN_SELFTEST_MAIN", "-Dmain=kinegen_selftest", "-Dprintf=kinegen_printf", *renames)
+    test = (*flags, "-DKINEGEN_SELFTEST_MAIN", "-Dmain=kinegen_selftest", "-Dprintf=kinegen_printf", *renames)
     objects = [_compiled(compiler, folder, selftest_file(robot.name, real), test)]
-    objects += [_compiled(compiler, folder, source, ()) for source in sources]
+    objects += [_compiled(compiler, folder, source, tuple(flags)) for source in sources]
     library = folder / f"{stem}_probe.so"
     compiler.run(folder, (*_FLAGS, *objects, "-o", library.name, "-lm"), "the self-test")
     return Probe(real, ctypes.CDLL(str(library)), tuple(routines))
@@ -133,21 +137,26 @@ def _spoilt(robot: Robot, real: str, place: int, each: Spoilable) -> list[str]:
     sizes = {f"r{index}": size for index, size in enumerate(each.results) if size}
     arguments = ", ".join([*(f"const void *{name}" for name in names), *(f"{kind} *{name}" for name in sizes)])
     call = function(robot.name, each.function, real)
+    answer, kept = ("int", "const int exists = ") if each.is_choice else ("void", "")
+    told = f"exists ^ (is_spoilt && kinegen_result == {len(sizes)})" if each.is_choice else ""
     body = [
-        f"    if (kinegen_kernel == {place} && (kinegen_call < 0 || kinegen_call == kinegen_calls[{place}])) {{",
+        f"    const int is_meant = kinegen_call < 0 || kinegen_call == kinegen_calls[{place}];",
+        f"    const int is_spoilt = kinegen_kernel == {place} && is_meant;",
         *(
-            f"        if (kinegen_result == {name[1:]}) for (int i = 0; i < {size}; i++) "
-            f"if (kinegen_number < 0 || kinegen_number == i) {name}[i] += kinegen_delta;"
+            f"    if (is_spoilt && kinegen_result == {name[1:]}) for (int i = 0; i < {size}; i++) "
+            f"if (kinegen_number < 0 || kinegen_number == i) "
+            # A NaN that has to be one becomes a number.
+            f"{name}[i] = ({name}[i] == {name}[i]) ? {name}[i] + kinegen_delta : 0;"
             for name, size in sizes.items()
         ),
-        "    }",
         f"    kinegen_calls[{place}]++;",
+        f"    return {told};",
     ]
     # The header declares the kernel with arrays; what is passed on are the same pointers.
     return [
-        f"void kinegen_spoilt_{each.function}({arguments or 'void'})",
+        f"{answer} kinegen_spoilt_{each.function}({arguments or 'void'})",
         "{",
-        f"    ((void (*)({arguments or 'void'})){call})({', '.join([*names, *sizes])});",
+        f"    {kept}(({answer} (*)({arguments or 'void'})){call})({', '.join([*names, *sizes])});",
         *body,
         "}",
     ]

@@ -6,18 +6,16 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
-from kinegen.robot.expressions import evaluate, number
 from kinegen.robot.extent import reach
-from kinegen.robot.floats import FLOATS
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
@@ -26,13 +24,14 @@ from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
+from kinegen.verify.moved import move_parameters, parameter_sets
 from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
-from kinegen.verify.tolerances import program_of
 from kinegen.verify.usage import compare_usage
 from kinegen.verify.varied import Alternating, require_varied
-from kinegen.verify.ways import DTYPES, results_of, ways_to_call
+from kinegen.verify.varied_inverses import require_varied_batches
+from kinegen.verify.ways import DTYPES, Arrays, Way, results_of, ways_to_call
 
 FloatArray = NDArray[np.float64]
 
@@ -93,6 +92,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
             comparisons += [with_parameters(other) for other in others]
+            if all(comparison.holds for comparison in comparisons):
+                require_varied_batches(robot, package, quantity, real)
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
 
@@ -148,39 +149,6 @@ def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str
     )
 
 
-def move_parameters(robot: Robot) -> tuple[Robot, tuple[float, ...]]:
-    """Give every runtime parameter another value, so that a kernel that ignores or mixes them up is seen.
-
-    Args:
-        robot: A robot with runtime parameters.
-
-    Returns:
-        The robot with its parameters moved, each in its own way, and their values, which floats hold exactly.
-    """
-    moved: dict[str, Fraction] = {}
-    for place, parameter in enumerate(robot.runtime_parameters, start=1):
-        value = float(evaluate(parameter.value, {}, FLOATS))
-        moved[parameter.name] = Fraction(float(np.float32(value * (1 + place / 16) + 1 / 32)))
-    parameters = tuple(
-        replace(parameter, value=number(moved[parameter.name])) if parameter.runtime else parameter
-        for parameter in robot.parameters
-    )
-    return replace(robot, parameters=parameters), tuple(float(value) for value in moved.values())
-
-
-def parameter_sets(robot: Robot) -> FloatArray:
-    """The values of the robot file and the moved ones, for batches in which they alternate.
-
-    Args:
-        robot: A robot with runtime parameters.
-
-    Returns:
-        Shape (2, parameters), in numbers that floats hold exactly.
-    """
-    usual = [float(evaluate(parameter.value, {}, FLOATS)) for parameter in robot.runtime_parameters]
-    return np.array([np.array(usual, np.float32).astype(float), move_parameters(robot)[1]])
-
-
 def _compare_ways(
     robot: Robot,
     package: ModuleType,
@@ -192,18 +160,12 @@ def _compare_ways(
     comparisons = []
     for real in reals:
         store = Store(robot, DTYPES[real], exact=False)
-        for quantity in programs:
-            kernel = getattr(package, quantity.function)
-            points = held(robot, quantity, samples)
-            points = points if quantity.kind in PLACES else fewer(points, kernel.results, NUMBERS)
-            inputs, expectation = store.expect(quantity, kernel.inputs, points)
-            judge = Judge(expectation, programs[quantity], real)
+        for quantity, program in programs.items():
             ways = ways_to_call(package, quantity, real, parameters)
-            found = [(way, way.call(inputs)) for way in ways]
-            compared = [judge.compare(way.target, results, way.row) for way, results in found]
+            inputs, found, compared = compare_kernel(robot, program, ways, real, store, samples)
             comparisons += compared
             if parameters is None and all(comparison.holds for comparison in compared):
-                for way, results in found:
+                for way, results in zip(ways, found, strict=True):
                     if way.is_plain:
                         way.select()
                         require_same_bits(robot, quantity, way.target, Called(way.kernel, None, inputs, results))
@@ -215,6 +177,32 @@ def _compare_ways(
     return comparisons
 
 
+def compare_kernel(
+    robot: Robot, program: Program, ways: Sequence[Way], real: str, store: Store, samples: FloatArray
+) -> tuple[Arrays, list[Arrays], list[Comparison]]:
+    """Compare a kernel with the reference in some ways of calling it.
+
+    Args:
+        robot: The robot, with the values of the runtime parameters that are tried.
+        program: What the kernel was printed from.
+        ways: The ways, all of the same kernel.
+        real: Its number type.
+        store: The reference.
+        samples: Joint vectors (N, dof), of which kernels with large results get a part.
+
+    Returns:
+        The inputs, and for each way the results and the comparison.
+    """
+    quantity, kernel = program.quantity, ways[0].kernel
+    points = held(robot, quantity, samples)
+    points = points if quantity.kind in PLACES else _fewer(points, kernel.results, NUMBERS)
+    inputs, expectation = store.expect(quantity, kernel.inputs, points)
+    judge = Judge(expectation, program, real)
+    found = [way.call(inputs) for way in ways]
+    compared = [judge.compare(way.target, results, way.row) for way, results in zip(ways, found, strict=True)]
+    return inputs, found, compared
+
+
 def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
     """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
@@ -224,7 +212,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> l
     for quantity in programs:
         kernel = getattr(package, quantity.function)
         points = (
-            places if quantity.kind in PLACES else fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
+            places if quantity.kind in PLACES else _fewer(others, kernel.results, EXACT_NUMBERS // max(1, robot.dof))
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         judge = Judge(expectation, programs[quantity], "double")
@@ -256,7 +244,7 @@ def _language(kernel: Any) -> str:
     return "C double" if kernel.backend == "c" else "NumPy double"
 
 
-def fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
+def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
     """Every second joint vector, or fourth and so on, for kernels with large results."""
     size = sum(math.prod(result.shape) for result in results)
     stride = 1

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinegen.outputs import Array, Kind
 from kinegen.reference import Actuation, rotations
-from kinegen.robot.actuators_extent import reading_box
+from kinegen.robot.actuators.extent import reading_box
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 

@@ -17,6 +17,7 @@ from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
 from kinegen.verify.impossible import unchecked
 from kinegen.verify.samples import SEED
+from kinegen.verify.solved import pose_errors
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.ways import DTYPES, numpy_form
 
@@ -92,7 +93,7 @@ def try_search(
             or if too few targets are solved.
     """
     compiled = package.numeric_inverse
-    ways = {f"NumPy {real}": (_in_numpy(package, compiled), FEWER)}
+    ways = {f"NumPy {real}": (in_numpy(package, compiled), FEWER)}
     if compiled.backend == "c":
         ways = {f"C {real}": (compiled, TARGETS if parameters is None else FEWER)} | ways
     params = None if parameters is None else package.Params(*parameters)
@@ -130,7 +131,7 @@ class _Tester:
         self._require_bounds(numeric_inverse, targets[:PROBES], starts[:PROBES])
         reported = np.stack([found.position_error, found.rotation_error], axis=1)
         self._require_solved(found.solved, reported <= numeric_inverse.tolerances[self.real == "float"])
-        true = _errors(reference.pose(self.robot, found.q.astype(np.float64))[:, 0], targets.astype(np.float64))
+        true = pose_errors(reference.pose(self.robot, found.q.astype(np.float64))[:, 0], targets.astype(np.float64))
         apart, most = np.abs(reported - true), accepted_error(self.robot, self.real) * _ROUNDINGS
         accepted = np.array([most * reach(self.robot, self.robot.tips), most])
         solved = true[found.solved].max(axis=0)
@@ -190,7 +191,7 @@ class _Tester:
         return f"{self.robot.name}: {self.target} {NUMERIC_INVERSE}"
 
 
-def _in_numpy(package: ModuleType, search: Any) -> Any:
+def in_numpy(package: ModuleType, search: Any) -> Any:
     """The same search as it would be without the compiled extension."""
     params = getattr(package, "Params", None)
     return type(search)(
@@ -203,12 +204,3 @@ def _in_numpy(package: ModuleType, search: Any) -> Any:
         tolerances=search.tolerances,
         params=params() if params else None,
     )
-
-
-def _errors(poses: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distances and angles between poses, shape (N, 2)."""
-    between = targets[:, :3, :3] @ poses[:, :3, :3].swapaxes(1, 2)
-    skew = between - between.swapaxes(1, 2)
-    sines = np.sqrt((skew**2).sum(axis=(1, 2)) / 8)
-    cosines = (np.trace(between, axis1=1, axis2=2) - 1) / 2
-    return np.stack([np.linalg.norm(targets[:, :3, 3] - poses[:, :3, 3], axis=1), np.arctan2(sines, cosines)], axis=1)

@@ -57,13 +57,14 @@ def require_selftest(
     if calls is None:
         raise ProofError(f"{name} fails{explain()}; nothing was written")
     for place, (quantity, kernel) in enumerate(zip(quantities, kernels, strict=True)):
+        called = kernel.function if kernel.is_choice else quantity
         certain = all(map(math.isfinite, itertools.chain(*deltas[place])))
         if not sum(kernel.results) or (calls[place] == 0 and (not certain or _may_be_left_out(quantity))):
             continue
         if calls[place] < (FEWEST if robot.dof else 1):
-            raise ProofError(f"{name} calls {quantity} {calls[place]} times; nothing was written")
+            raise ProofError(f"{name} calls {called} {calls[place]} times; nothing was written")
         for result, number, call in _spoils(kernel, quantity, calls[place]):
-            sizes = deltas[place][result]
+            sizes = deltas[place][result] if result < len(kernel.results) else (1.0,)
             size = max(sizes) if number < 0 else sizes[number]
             signs = (1, -1) if call < 0 else (1,)
             spoilt = [(place, result, number, call)] * len(signs)
@@ -71,7 +72,30 @@ def require_selftest(
                 _run(probe, len(kernels), *each) is not None for each in zip(spoilt, (sign * size for sign in signs))
             ):
                 where = "all numbers" if number < 0 else f"number {number}"
-                raise ProofError(f"{name} passes with {where} of {quantity} wrong; nothing was written")
+                raise ProofError(f"{name} passes with {where} of {called} wrong; nothing was written")
+
+
+def require_accepted(robot: Robot, probe: Probe, kernels: Sequence[Spoilable], accepted: float, room: int) -> None:
+    """See that a self-test accepts differences as large as stated, and no larger ones.
+
+    Args:
+        robot: The robot.
+        probe: Its compiled files, whose kernels are nearly exact.
+        kernels: The kernels.
+        accepted: The largest difference that it has to accept.
+        room: How far a result may be from the exact one by itself.
+
+    Raises:
+        ProofError: If a self-test passes with a number that is off by more, or fails with one that is off by less.
+    """
+    name = f"{robot.name}: with a coarse sine and cosine, the self-test of the {probe.real} kernels"
+    for place, kernel in enumerate(kernels):
+        first = (place, 0, 0, -1)
+        for sign in (1, -1):
+            if _run(probe, len(kernels), first, sign * (accepted + room)) is not None:
+                raise ProofError(f"{name} accepts more than {accepted:.0f} units for {kernel.function}")
+            if _run(probe, len(kernels), first, sign * (accepted - room)) is None:
+                raise ProofError(f"{name} does not accept {accepted:.0f} units for {kernel.function}")
 
 
 def _may_be_left_out(quantity: Quantity) -> bool:
@@ -81,7 +105,9 @@ def _may_be_left_out(quantity: Quantity) -> bool:
 
 def _spoils(kernel: Spoilable, quantity: Quantity, calls: int) -> Iterator[tuple[int, int, int]]:
     """Result, number (-1 for all) and call (-1 for all, to either side) of each trial."""
-    if quantity.kind is Kind.INVERSE:
+    if kernel.is_choice:
+        yield from ((len(kernel.results), 0, call) for call in (-1, *range(calls)))
+    elif quantity.kind is Kind.INVERSE:
         yield 0, -1, -1  # which of its branches is compared is not known here
         return
     for result, size in enumerate(kernel.results):

@@ -167,8 +167,25 @@ def _beyond(robot: Robot, count: int) -> FloatArray:
 def _with(robot: Robot, family: Family, index: int, value: float, count: int) -> FloatArray:
     """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
     low, high = joint_box(robot)[index]
-    turn = 2 * math.pi / abs(float(family.axes.joints[index].rate))
+    turn = 2 * math.pi / abs(float(family.joints[index].rate))
     turned = value + turn * math.ceil((low - value) / turn - 1e-9)
     points = random_joints(robot, count, SEED + index)
     points[:, index] = turned
     return points if turned <= high else points[:0]
+
+
+def pose_errors(poses: FloatArray, targets: FloatArray) -> FloatArray:
+    """Distances and angles between poses.
+
+    Args:
+        poses: Shape (N, 4, 4).
+        targets: Likewise.
+
+    Returns:
+        Shape (N, 2), in the length unit of the poses and in radians.
+    """
+    between = targets[:, :3, :3] @ poses[:, :3, :3].swapaxes(1, 2)
+    skew = between - between.swapaxes(1, 2)
+    sines = np.sqrt((skew**2).sum(axis=(1, 2)) / 8)
+    cosines = (np.trace(between, axis1=1, axis2=2) - 1) / 2
+    return np.stack([np.linalg.norm(targets[:, :3, 3] - poses[:, :3, 3], axis=1), np.arctan2(sines, cosines)], axis=1)

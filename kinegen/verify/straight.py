@@ -18,6 +18,7 @@ from kinegen.naming import c_file, function, prefix, sincos_macro
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 
+_BRACE = re.compile(r"[{}]")
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 _NAME = r"[A-Za-z_]\w*"
 _PLACE = rf"{_NAME}(?:->{_NAME})?(?:\[[^\]=?<>&|]*\])*"
@@ -75,10 +76,10 @@ def _body(text: str, head: str) -> str:
     if found is None:
         return ""
     depth, start = 1, found.end()
-    for place in range(start, len(text)):
-        depth += {"{": 1, "}": -1}.get(text[place], 0)
+    for brace in _BRACE.finditer(text, start):
+        depth += 1 if brace[0] == "{" else -1
         if depth == 0:
-            return text[start:place]
+            return text[start : brace.start()]
     return text[start:]
 
 
@@ -96,8 +97,8 @@ def _crooked(body: str, allowed: set[str]) -> Iterator[str]:
 
 
 _PARTS = "Name Constant BinOp UnaryOp Subscript Attribute Call Tuple Load Store Del Add Sub Mult Div USub Assign Return"
-_ALLOWED = tuple(getattr(ast, name) for name in [*_PARTS.split(), "Delete", "Compare", "Lt"])
-_CALLS = ("_sincos", "_atan2", "np.sqrt", "np.where", "params._make", "map")
+_ALLOWED = tuple(getattr(ast, name) for name in [*_PARTS.split(), "Delete", "Compare", "Lt", "Gt"])
+_CALLS = ("_sincos", "_atan2", "_sqrt", "np.where", "params._make", "map")
 
 
 def _crooked_formulas(text: str, names: set[str]) -> Iterator[str]:

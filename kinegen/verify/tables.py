@@ -16,10 +16,11 @@ import numpy as np
 from kinegen.errors import ProofError
 from kinegen.naming import python_identifier
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.actuators_extent import reading_ranges
+from kinegen.robot.actuators.extent import reading_ranges
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, Robot
+from kinegen.robot.model import Robot
 from kinegen.verify.known import quantity_frames
 
 _DIGITS = 1e-12

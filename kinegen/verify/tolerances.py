@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,13 +20,12 @@ from numpy.typing import NDArray
 from kinegen.emit.accuracy import NUMBER_TYPES, bound_over, fraction_box
 from kinegen.emit.reals import Real
 from kinegen.ir.bounds import NumberType, Ranges, has_rules
-from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.ir.lower import program_of, runtime_defaults
 from kinegen.ir.program import Program
 from kinegen.outputs import Quantity
 from kinegen.reference import WIDE_UNIT
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
-from kinegen.symbolic.derive import derive
 from kinegen.verify.expectation import Expectation, Limits, expect
 from kinegen.verify.known import Known
 from kinegen.verify.rounding import TRIALS
@@ -51,12 +49,6 @@ _LOSS = 64
 
 _READ = 16
 """The same for a rotation made of three angles or of a quaternion, which is made in float64 of what kernels return."""
-
-
-@lru_cache(maxsize=32)
-def program_of(robot: Robot, quantity: Quantity) -> Program:
-    """The program of a quantity, as a build lowers it."""
-    return lower(derive(robot, quantity))
 
 
 def number_type(real: str, *, library: bool = False) -> NumberType:

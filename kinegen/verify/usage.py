@@ -6,7 +6,8 @@ In: a package. Out: comparisons with the reference beyond the limits; a kernel t
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -43,21 +44,38 @@ def compare_usage(
     comparisons = []
     for real in reals:
         _require_guard(robot, package, real)
-        comparisons += _beyond(robot, package, programs, real)
-    for quantity in programs:
-        if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
-            continue  # few joint vectors can be brought about, so none can be moved to see what depends on it
-        kernel = getattr(package, quantity.function)
-        spoilt = spoil(robot, quantity, kernel.inputs, kernel.results)
-        for real in reals:
-            for way in _forms(package, quantity, real):
-                require_spoilt(robot, quantity, way, spoilt, str(DTYPES[real]))
-        if robot.runtime_parameters:
-            spoilt = spoil_params(robot, programs[quantity], kernel.inputs, kernel.results)
-            for real in reals:
-                for way in _forms(package, quantity, real):
+        _require_routines(robot, package, real)
+        comparisons += compare_beyond(robot, programs, real, partial(_forms, package, real))
+    for quantity, program in programs.items():
+        ways = {real: _forms(package, real, quantity) for real in reals}
+        require_nans(robot, quantity, ways)
+        if robot.runtime_parameters and quantity.kind is not Kind.JOINTS_TO_ACTUATORS:
+            kernel = getattr(package, quantity.function)
+            spoilt = spoil_params(robot, program, kernel.inputs, kernel.results)
+            for real, forms in ways.items():
+                for way in forms:
                     require_spoilt(robot, quantity, with_params(package, way), spoilt, str(DTYPES[real]))
     return comparisons
+
+
+def require_nans(robot: Robot, quantity: Quantity, ways: Mapping[str, Sequence[Way]]) -> None:
+    """Refuse a kernel that loses a NaN or spreads it, in any of some ways of calling it.
+
+    Args:
+        robot: The robot.
+        quantity: What the kernel computes.
+        ways: The ways by number type, all of the same kernel.
+
+    Raises:
+        ProofError: Naming the kernel and what it was given.
+    """
+    if quantity.kind is Kind.JOINTS_TO_ACTUATORS:
+        return  # few joint vectors can be brought about, so none can be moved to see what depends on it
+    kernel = next(iter(ways.values()))[0].kernel
+    spoilt = spoil(robot, quantity, kernel.inputs, kernel.results)
+    for real, forms in ways.items():
+        for way in forms:
+            require_spoilt(robot, quantity, way, spoilt, str(DTYPES[real]))
 
 
 def _require_guard(robot: Robot, package: ModuleType, real: str) -> None:
@@ -78,20 +96,54 @@ def _require_guard(robot: Robot, package: ModuleType, real: str) -> None:
                 raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
-def _beyond(robot: Robot, package: ModuleType, programs: Mapping[Quantity, Program], real: str) -> list[Comparison]:
+def _require_routines(robot: Robot, package: ModuleType, real: str) -> None:
+    """The functions of C in the NumPy form, which it takes on request."""
+    form = sys.modules[f"{package.__name__}._numpy"]
+    kind = DTYPES[real].type
+    ends = LARGEST_ANGLE[real] * np.array([-1.0, 1.0, -(2.0**-10), 2.0**-10, 2.0**-20, 0.0])
+    x = np.concatenate([ends, np.linspace(-7.0, 7.0, 4001)]).astype(kind)
+    y = x[::-1]
+    exact = x.astype(np.float64)
+    checks = {
+        f"_sincos_{real}": ((x,), (np.sin(exact), np.cos(exact))),
+        f"_atan2_{real}": ((y, x), (np.arctan2(exact[::-1], exact),)),
+    }
+    for name, (given, wanted) in checks.items():
+        routine = getattr(form, name, None)
+        if routine is None:
+            continue
+        found = np.array(routine(*given)).reshape(-1, len(x))
+        off = float(np.max(np.abs(found - np.array(wanted))))
+        if not (found.dtype == kind and off <= 4 * float(np.finfo(kind).eps)):
+            reason = f"{name} of the NumPy form is off by {off:.1e}"
+            raise ProofError(f"{robot.name}: {reason}; nothing was written")
+
+
+def compare_beyond(
+    robot: Robot, programs: Mapping[Quantity, Program], real: str, ways_of: Callable[[Quantity], Sequence[Way]]
+) -> list[Comparison]:
+    """Compare kernels of joint values beyond the limits.
+
+    Args:
+        robot: The robot.
+        programs: The programs of its kernels, without inverses.
+        real: Their number type.
+        ways_of: The ways to call a kernel.
+    """
     comparisons = []
     points, store = beyond_limits(robot, real), Store(robot, DTYPES[real], exact=False)
     for quantity, program in programs.items():
-        kernel = getattr(package, quantity.function)
+        ways = ways_of(quantity)
+        kernel = ways[0].kernel
         if kernel.inputs[0].name == "q" and len(points):
             inputs, expectation = store.expect(quantity, kernel.inputs, points)
             judge = Judge(expectation, program, real, within=False)
-            for way in _forms(package, quantity, real):
+            for way in ways:
                 target, row = f"{way.target}, beyond limits", f"{way.row.partition(',')[0]}, beyond limits"
                 comparisons.append(judge.compare(target, way.call(inputs), row))
     return comparisons
 
 
-def _forms(package: ModuleType, quantity: Quantity, real: str) -> list[Way]:
+def _forms(package: ModuleType, real: str, quantity: Quantity) -> list[Way]:
     """The scalar kernel, the batch in each variant, and NumPy; layouts hold the same numbers."""
     return [way for way in ways_to_call(package, quantity, real) if way.is_plain or way.target == way.row]

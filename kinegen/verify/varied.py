@@ -132,7 +132,8 @@ def _shapes(called: Alternating) -> Iterator[Call]:
 def _given_results(called: Alternating) -> Iterator[Call]:
     """Arrays for the result, and arguments that are bound."""
     inputs, values, wanted = called.of(LONGEST)
-    plain, bound = (tuple(np.full_like(array, _GUARD) for array in wanted) for _ in range(2))
+    plain = tuple(np.full_like(array, _GUARD) for array in wanted)
+    bound = tuple(np.full_like(array, _GUARD) for array in wanted)
     yield Call("with parameters along the batch and out=", partial(_into, called, inputs, values, plain), wanted)
     yield Call("with parameters along the batch, bound", partial(_bound, called, inputs, values, bound), wanted)
 

@@ -14,11 +14,11 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.naming import function, prefix
+from kinegen.ir.lower import program_of
+from kinegen.naming import companion, function, prefix
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.subjects import subjects
-from kinegen.verify.tolerances import program_of
 
 FloatArray = NDArray[np.float64]
 
@@ -79,7 +79,10 @@ def _compared(
     )
     for subject, array, result in both:
         ending = f"_{array.name}" if len(signature.results) > 1 else ""
-        wanted, accepted = _array(text, f"{name}_expected{ending}"), _array(text, f"{name}_accepted{ending}")
+        wanted, accepted = (
+            _array(text, f"{companion(name, 'expected')}{ending}"),
+            _array(text, f"{companion(name, 'accepted')}{ending}"),
+        )
         if wanted is None or accepted is None:
             continue
         numbers = result[..., :3, :] if array.is_pose else result

@@ -10,8 +10,9 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import linear
-from kinegen.robot.model import Dimension, JointType, JointVariable, Robot
+from kinegen.robot.model import JointType, JointVariable, Robot
 from kinegen.robot.values import checked_value
 from kinegen.verify.nearly import Note, places
 

@@ -1,4 +1,4 @@
-"""Libraries that only some of the outputs take; they come with the extra `workspace`."""
+"""Libraries that only some of the outputs take; they come with an extra."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from types import ModuleType
 from kinegen.errors import KinegenError
 
 
-def library(module: str, purpose: str) -> ModuleType:
+def library(module: str, purpose: str, extra: str = "workspace") -> ModuleType:
     """Import a library that may not be installed.
 
     Args:
         module: The module.
         purpose: What takes it, for the message.
+        extra: The extra that installs it.
 
     Returns:
         The module.
@@ -26,5 +27,5 @@ def library(module: str, purpose: str) -> ModuleType:
     except ImportError as error:
         name = module.partition(".")[0]
         raise KinegenError(
-            f"{purpose} takes {name}, which is not installed (pip install 'kinegen[workspace]')"
+            f"{purpose} takes {name}, which is not installed (pip install 'kinegen[{extra}]')"
         ) from error

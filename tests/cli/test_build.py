@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from kinegen import build as building
+from kinegen import pipeline as building
 from kinegen.cli import main
 from kinegen.cli.report import percentage
 from kinegen.errors import CompileError, ProofError
@@ -24,7 +24,7 @@ from kinegen.verify import proof, staging
 from kinegen.verify.comparison import Comparison, Proof
 from tests.cli.commands import BAD, ROBOTS, TWO
 
-STAGES = ["load", "derive", "lower", "emit", "compile", "prove", "write"]
+STAGES = ["load", "derive", "lower", "vectors", "emit", "compile", "prove", "write"]
 
 
 @pytest.fixture

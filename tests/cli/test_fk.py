@@ -9,7 +9,7 @@ import pytest
 
 from kinegen import reference
 from kinegen.cli import main
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from tests.cli.commands import ROBOTS, TWO
 
 PUMA = str(ROBOTS / "puma560.yaml")

@@ -18,6 +18,7 @@ from kinegen import cli
 from kinegen.cli import main, terminal
 from kinegen.cli.cached import warn_of_cache
 from kinegen.errors import KinegenError
+from kinegen.lines import broken
 from tests.cli.commands import BAD, ROBOTS, TWO, start
 
 
@@ -156,7 +157,7 @@ def test_ctrl_c_that_a_library_swallows_ends_the_build_all_the_same(
         with contextlib.suppress(BaseException):
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("kinegen.build.derive_plain", swallowing)
+    monkeypatch.setattr("kinegen.pipeline.derive_plain", swallowing)
     before = signal.getsignal(signal.SIGINT)
 
     assert main(["build", str(ROBOTS / "scara.yaml"), "-o", str(tmp_path / "out"), "--no-compile"]) == 130
@@ -333,7 +334,7 @@ def test_a_shell_is_told_what_completes_a_word() -> None:
 def test_lines_are_broken_before_signs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     formula = " + ".join(f"a{index}*c{index}" for index in range(10))
-    first, *others = terminal.broken("px = ", formula)
+    first, *others = broken("px = ", formula, terminal.width())
 
     assert first.startswith("px = a0*c0 + a1*c1")
     assert len(first) <= 60

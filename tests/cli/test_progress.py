@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen import build as building
+from kinegen import pipeline as building
 from kinegen.results import BuildOptions
 from tests.cli.commands import ROBOTS, TWO
 

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from kinegen.cli import main
-from kinegen.robot.schema import schema
+from kinegen.formats.yaml.schema import schema
 
 
 def test_the_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:

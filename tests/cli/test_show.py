@@ -12,13 +12,13 @@ import pytest
 
 from kinegen import reference
 from kinegen.cli import main
-from kinegen.cli.sheets.latex import latex_sheet
-from kinegen.cli.sheets.mathml import mathml_sheet
-from kinegen.cli.sheets.python import python_sheet
-from kinegen.cli.sheets.text import text_sheet
-from kinegen.robot.load import load, loads
+from kinegen.formats.load import load, loads
 from kinegen.robot.model import Robot
-from kinegen.symbolic.sheet import make_sheet
+from kinegen.textbook.sheet import make_sheet
+from kinegen.textbook.sheet_latex import latex_sheet
+from kinegen.textbook.sheet_mathml import mathml_sheet
+from kinegen.textbook.sheet_python import python_sheet
+from kinegen.textbook.sheet_text import text_sheet
 from tests.cli.commands import ROBOTS, TWO
 
 FILES = sorted(ROBOTS.glob("*.yaml"))

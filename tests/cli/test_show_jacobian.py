@@ -11,9 +11,9 @@ import pytest
 
 from kinegen.cli import main
 from kinegen.cli.show import OUTPUTS
+from kinegen.formats.load import load
 from kinegen.outputs import Reference
 from kinegen.reference import Kinematics
-from kinegen.robot.load import load
 from tests.cli.commands import ROBOTS
 
 JACOBIANS = {name: reference for name, reference in OUTPUTS.items() if reference is not None}

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Operator, Program
 from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 
 ROBOTS = Path(__file__).parents[2] / "robots"

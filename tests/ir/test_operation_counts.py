@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
 from kinegen.outputs import Quantity
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.plain import derive_plain

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.order import shorten_lives
 from kinegen.ir.program import Operator, Program, Temporary
 from kinegen.ir.values import Values
 from kinegen.outputs import Quantity
-from kinegen.robot.load import load
 from kinegen.symbolic.derive import derive
 
 ROBOTS = Path(__file__).parents[2] / "robots"

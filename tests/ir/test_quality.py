@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Constant, Operator, Program, Variable, count
 from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 

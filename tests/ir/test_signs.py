@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Quantity
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from tests.evaluation import as_poses, run

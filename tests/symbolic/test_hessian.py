@@ -10,9 +10,9 @@ from hypothesis import given, settings
 
 from kinegen import reference
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from tests.chains import robots

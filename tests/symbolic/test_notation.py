@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from kinegen.robot.load import loads
+from kinegen.formats.load import loads
 from kinegen.robot.model import Robot
-from kinegen.symbolic.notation import NOTATIONS, TableText
-from kinegen.symbolic.textbook import Reader, printed_name
+from kinegen.textbook.closed_form import Reader, printed_name
+from kinegen.textbook.notation import NOTATIONS, TableText
 
 NAMES = ("a2", "p", "l_1", "lT1", "lambda", "width", "q3", "math")
 

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from kinegen import reference
-from kinegen.cli.sheets.python import python_sheet
 from kinegen.errors import KinegenError
-from kinegen.robot.load import load, loads
+from kinegen.formats.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import frames_between
-from kinegen.symbolic.notation import TableText
-from kinegen.symbolic.sheet import make_sheet
-from kinegen.symbolic.table import read_table
+from kinegen.textbook.notation import TableText
+from kinegen.textbook.sheet import make_sheet
+from kinegen.textbook.sheet_python import python_sheet
+from kinegen.textbook.table import read_table
 from tests.chains import robots
 
 ROBOTS = Path(__file__).resolve().parent.parent.parent / "robots"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,6 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit import files
 from kinegen.emit.reals import Real
 from kinegen.errors import CompileError, ProofError
 from kinegen.native.compile import Extension
@@ -18,6 +18,15 @@ from kinegen.verify import staging
 from tests.builds.workshop import TREE, make, picture, write_robot
 
 Change = Callable[[str], str]
+
+EMITTERS = {
+    "emit_kernel": "kinegen.emit.c.kernel",
+    "emit_batch": "kinegen.emit.c.batch",
+    "emit_numeric_inverse": "kinegen.emit.c.numeric_inverse",
+    "emit_formula": "kinegen.emit.python.formula",
+    "emit_package": "kinegen.emit.files",
+}
+"""Where each emitter is looked up when files are printed."""
 
 
 def first(pattern: str, replacement: str, after: str = "") -> Change:
@@ -32,7 +41,8 @@ def first(pattern: str, replacement: str, after: str = "") -> Change:
 
 def break_emitter(monkeypatch: pytest.MonkeyPatch, emitter: str, suffix: str, change: Change, real: Any = None) -> None:
     """Change one file of what an emitter prints, for one number type or for all."""
-    honest = getattr(files, emitter)
+    module = importlib.import_module(EMITTERS[emitter])
+    honest = getattr(module, emitter)
 
     def dishonest(kernels: Any, *rest: Any) -> dict[str, str]:
         texts: dict[str, str] = honest(kernels, *rest)
@@ -44,7 +54,7 @@ def break_emitter(monkeypatch: pytest.MonkeyPatch, emitter: str, suffix: str, ch
         assert broken != texts[name], "nothing was broken"
         return texts | {name: broken}
 
-    monkeypatch.setattr(files, emitter, dishonest)
+    monkeypatch.setattr(module, emitter, dishonest)
 
 
 KERNEL = "void arm_fk("
@@ -221,7 +231,7 @@ def test_a_compiled_module_that_does_not_load_is_refused(
     content: bytes, earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = picture(earlier)
-    monkeypatch.setattr("kinegen.build.build_extension", lambda *_: Extension(content, cached=False))
+    monkeypatch.setattr("kinegen.pipeline.build_extension", lambda *_: Extension(content, cached=False))
 
     with pytest.raises(CompileError, match="arm: the compiled module cannot be proven on this machine"):
         make(write_robot(tmp_path), earlier)
@@ -233,7 +243,7 @@ def test_a_compiled_module_of_other_sources_is_refused(
     built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     content = (built / "arm" / "_native.abi3.so").read_bytes()
-    monkeypatch.setattr("kinegen.build.build_extension", lambda *_: Extension(content, cached=True))
+    monkeypatch.setattr("kinegen.pipeline.build_extension", lambda *_: Extension(content, cached=True))
 
     with pytest.raises(CompileError, match="it was built from other sources"):
         make(write_robot(tmp_path), tmp_path / "out", reals=(Real.DOUBLE,))

@@ -13,9 +13,9 @@ import pytest
 
 from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
+from kinegen.formats.load import loads
 from kinegen.native.package import load_package
 from kinegen.outputs import parse_quantity
-from kinegen.robot.load import loads
 from kinegen.verify import samples
 from kinegen.verify.proof import prove
 from tests.builds.workshop import ARM, make, write_robot

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load, loads
 from kinegen.outputs import Array, Kind, parse_quantity
 from kinegen.reference import Orientation
 from kinegen.robot.extent import reach
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.expectation import Expectation, expect

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kinegen import reference
-from kinegen.robot.load import loads
+from kinegen.formats.load import loads
 from kinegen.robot.model import Robot
 from kinegen.robot.screw import screw_leads
 from kinegen.verify.nearly import nearly_special

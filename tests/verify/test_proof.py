@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 
 from kinegen import reference
-from kinegen.build import lower_file
 from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
+from kinegen.formats.load import load, loads
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
+from kinegen.pipeline import lower_file
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.load import load, loads
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.proof import move_parameters, prove
+from kinegen.verify.moved import move_parameters
+from kinegen.verify.proof import prove
 from kinegen.verify.samples import BESIDE, CORNERS, DECADES, RANDOM, SPECIAL, proof_samples, vector_samples
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, make, write_robot

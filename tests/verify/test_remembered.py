@@ -6,13 +6,12 @@ import json
 import math
 import os
 from collections.abc import Callable
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from kinegen.emit import files
+from kinegen.emit.python import formula
 from kinegen.native.cache import Cache
 from tests.builds.workshop import ARM, make, write_robot
 
@@ -53,9 +52,9 @@ def test_another_robot_is_proved_anew(tmp_path: Path) -> None:
 
 
 def test_another_byte_of_any_file_is_proved_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = files.emit_formula
+    honest = formula.emit_formula
     monkeypatch.setattr(
-        files, "emit_formula", lambda kernels: {name: f"{text}\n" for name, text in honest(kernels).items()}
+        formula, "emit_formula", lambda kernels: {name: f"{text}\n" for name, text in honest(kernels).items()}
     )
 
     assert not proved_before(tmp_path)
@@ -68,21 +67,23 @@ def test_other_checks_prove_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_another_numpy_proves_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = metadata.version
-    monkeypatch.setattr(metadata, "version", lambda name: "9.9" if name == "numpy" else honest(name))
+    """One that is found first, as an installer leaves it."""
+    (tmp_path / "site" / "numpy-9.9.dist-info").mkdir(parents=True)
+    monkeypatch.syspath_prepend(tmp_path / "site")
 
     assert not proved_before(tmp_path)
 
 
-def test_a_library_that_does_not_say_its_version_proves_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = metadata.version
-
-    def version(name: str) -> str:
-        if name == "sympy":
-            raise metadata.PackageNotFoundError(name)
-        return honest(name)
-
-    monkeypatch.setattr(metadata, "version", version)
+@pytest.mark.parametrize("name", ["no-such-library", "mute"])
+@pytest.mark.parametrize("finder", ["metadata", "importlib_metadata"], ids=["own", "backport"])
+def test_a_library_that_does_not_say_its_version_proves_anew(
+    finder: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if finder == "importlib_metadata":
+        pytest.importorskip(finder)  # it answers for Python's own from now on, and raises other errors
+    (tmp_path / "site" / "mute.egg-info").mkdir(parents=True)
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    monkeypatch.setattr("kinegen.native.identity._LIBRARIES", ("numpy", name))
 
     assert not proved_before(tmp_path)
     assert not proved_before(tmp_path)

@@ -11,18 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.build import build
 from kinegen.errors import RobotFileError
+from kinegen.formats.load import load, loads
+from kinegen.ir.lower import program_of
 from kinegen.outputs import Array, Kind, Quantity, parse_quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions, BuildResult
 from kinegen.robot.extent import reach
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.known import Known
 from kinegen.verify.rounding import rounded_trials
 from kinegen.verify.samples import input_samples, proof_samples
-from kinegen.verify.tolerances import accepted, accepted_error, number_type, program_of, shaped
+from kinegen.verify.tolerances import accepted, accepted_error, number_type, shaped
 from tests.evaluation import run
 
 ROBOTS = Path(__file__).parents[2] / "robots"

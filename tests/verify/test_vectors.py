@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.build import lower_file
 from kinegen.emit.c.accepted import accepted_differences
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import emit_kernel
@@ -23,6 +22,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import parse_quantity
+from kinegen.pipeline import lower_file
 from kinegen.reference import Orientation, pose
 from kinegen.verify.subjects import FORMS
 from kinegen.verify.vectors import FEW, SAFE, compute_vectors

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from kinegen.verify.wrong_unit import wrong_unit
 from tests.verify.test_nearly import LINK, robot, row
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 
 from kinegen.ir.bounds.graph import Graph, Interval, Ranges, graph_of, intervals
 from kinegen.ir.bounds.norms import Group, Norms, Single
 from kinegen.ir.bounds.numbers import ONE, ZERO, NumberType, UnboundedError, largest_cosine, largest_sine, lower, upper
-from kinegen.ir.bounds.rows import all_rows
+from kinegen.ir.bounds.rows import Row, all_rows
 from kinegen.ir.program import Operator, Program, Variable
 from kinegen.ir.values import Half, Node
 
@@ -28,12 +29,19 @@ def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single,
     Raises:
         UnboundedError: If a result may overflow or a divisor vanish.
     """
-    graph = graph_of(program)
-    known = Norms(graph, all_rows(graph), real)
+    graph, rows = _structure(program)
+    known = Norms(graph, rows, real)
     analysis = _Analysis(graph, intervals(graph, program, ranges), real, known)
     for number in range(len(graph.nodes)):
         known.singles.append(analysis.single(number))
     return tuple(known.singles[number] for number in graph.outputs)
+
+
+@lru_cache(maxsize=16)
+def _structure(program: Program) -> tuple[Graph, tuple[tuple[Row, ...], ...]]:
+    """The values of a program and the rows among them, which are the same for all ranges and number types."""
+    graph = graph_of(program)
+    return graph, all_rows(graph)
 
 
 class _Analysis:

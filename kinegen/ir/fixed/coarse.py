@@ -47,7 +47,7 @@ def coarse_pair(robot: Robot, programs: Sequence[FixedProgram], scales: Scales) 
     Returns:
         The pair and what is proven with it; None without sines, or where only the emitted pair is good enough.
     """
-    if not any(each.operation is Operation.SINCOS for program in programs for each in program.statements):
+    if not any(each.operator is Operation.SINCOS for program in programs for each in program.statements):
         return None
     found: CoarsePair | None = None
     for bits in range(COARSEST, NUMBER_BITS):

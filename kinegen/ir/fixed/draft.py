@@ -73,7 +73,7 @@ class Draft:
         """The values that are not shown to fit, and the products none of whose factors is small enough."""
         found = self.too_large()
         for statement, operands in zip(self.statements, self.operands, strict=True):
-            if statement.operation is Operation.MULTIPLY and not self._small(operands):
+            if statement.operator is Operation.MULTIPLY and not self._small(operands):
                 found.append(statement.name)
         return tuple(found)
 
@@ -83,7 +83,7 @@ class Draft:
         return all(
             self.largest(operands[int(own.operands == final.operands)]) <= LARGEST_FACTOR
             for own, final, operands in pairs
-            if own.operation is Operation.MULTIPLY
+            if own.operator is Operation.MULTIPLY
         )
 
     @property
@@ -95,7 +95,7 @@ class Draft:
         """The finished program: the second factor of each product is a small one."""
         statements = []
         for statement, operands in zip(self.statements, self.operands, strict=True):
-            if statement.operation is Operation.MULTIPLY and operands[1] not in self._small(operands):
+            if statement.operator is Operation.MULTIPLY and operands[1] not in self._small(operands):
                 statements.append(replace(statement, operands=statement.operands[::-1]))
             else:
                 statements.append(statement)

@@ -9,7 +9,8 @@ from kinegen.ir.fixed.sizes import exact_sizes
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
 from kinegen.older import StrEnum
 from kinegen.outputs import Quantity
-from kinegen.robot.model import Dimension, JointType, Robot
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.model import JointType, Robot
 
 
 class Kind(StrEnum):
@@ -54,6 +55,12 @@ def input_kind(robot: Robot, operand: Variable | RuntimeParameter) -> Kind:
     return Kind.ANGLE if parameter.dimension is Dimension.ANGLE else Kind.LENGTH
 
 
+def refusal(quantity: Quantity) -> str:
+    """Why integers do not compute a quantity; empty where they do."""
+    computed = quantity.kind in _COMPUTED
+    return "" if computed else f"q30 kernels compute pose, frames and position, not {quantity}"
+
+
 def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
     """The kind of every temporary.
 
@@ -72,8 +79,8 @@ def find_kinds(robot: Robot, program: Program) -> dict[str, Kind]:
             angle follows a length, a runtime parameter is a plain number, lengths are multiplied, anything is divided,
             or a root, an arc tangent or a selection is made.
     """
-    if program.quantity.kind not in _COMPUTED:
-        reason = f"q30 kernels compute pose, frames and position, not {program.quantity}"
+    reason = refusal(program.quantity)
+    if reason:
         raise KinegenError(f"{reason}; build the others separately, without q30", robot.source)
     angles = _angles(program)
     for statement in program.statements:

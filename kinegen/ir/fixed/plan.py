@@ -14,10 +14,11 @@ from kinegen.ir.fixed.kinds import Kind, find_kinds, output_kinds, refuse
 from kinegen.ir.fixed.program import LARGEST, NUMBER_BITS, FixedProgram, Scales
 from kinegen.ir.fixed.writer import write_statements
 from kinegen.ir.program import Program
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Dimension, JointType, Robot
+from kinegen.robot.model import JointType, Robot
 
 _FINEST = 60
 _FINER = 16

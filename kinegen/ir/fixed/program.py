@@ -76,13 +76,13 @@ class FixedStatement:
 
     Attributes:
         results: The names of the temporaries that it defines; two for `SINCOS`, and else one.
-        operation: What it does.
+        operator: What it does.
         operands: What it does it to; the second factor of a product is within `LARGEST_FACTOR`.
         shift: Bits dropped by `MULTIPLY`, `ROUND` and `TURN_PART`.
     """
 
     results: tuple[str, ...]
-    operation: Operation
+    operator: Operation
     operands: tuple[FixedOperand, ...]
     shift: int = 0
 

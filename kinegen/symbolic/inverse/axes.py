@@ -8,7 +8,7 @@ offsets have no further part in it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -16,7 +16,18 @@ from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import TOOL, JointType, Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.fold import NULL, Vector
-from kinegen.symbolic.inverse.exact import IDENTITY, Rotation, about, chained, columns, combined, tidy
+from kinegen.symbolic.inverse.exact import (
+    IDENTITY,
+    Rotation,
+    about,
+    chained,
+    columns,
+    combined,
+    minus,
+    tidy,
+    transposed,
+    turned,
+)
 from kinegen.symbolic.transforms import EXACT, Elementary, Turn, symbols
 
 
@@ -70,6 +81,30 @@ class Axes:
     rotation: Rotation
     position: Vector
     defaults: tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The numbers of the joints, in the order of the chain; from the last to the first of a reversed one."""
+        return tuple(joint.number for joint in self.joints)
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether it goes from the tool to the base."""
+        return self.numbers[0] > self.numbers[-1]
+
+    def reversed(self) -> Axes:
+        """The same chain from the tool to the base: its pose is the inverse of this one's."""
+        back = transposed(self.rotation)
+        joints = tuple(
+            replace(
+                joint,
+                direction=turned(back, joint.direction),
+                point=turned(back, minus(joint.point, self.position)),
+                rate=-joint.rate,
+            )
+            for joint in reversed(self.joints)
+        )
+        return Axes(joints, back, combined((-1, turned(back, self.position))), self.defaults)
 
     def value(self, expression: sp.Expr) -> float:
         """An expression in runtime parameters at their values in the file."""

@@ -15,12 +15,13 @@ from kinegen.symbolic.inverse.family import (
     ElbowArm,
     Family,
     FlatArm,
+    GimbalArm,
     PointArm,
     StrokeArm,
     TripleArm,
     WristArm,
 )
-from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
+from kinegen.symbolic.inverse.geometry import Planar, Waist
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +54,15 @@ def constants(family: Family) -> tuple[Constant, ...]:
 
 
 def _described(family: Family) -> Iterator[tuple[str, sp.Expr]]:
+    numbers = (0, *family.axes.numbers)
     match family.build:
         case PointArm(arm):
-            yield from _of_arm(arm, "the tool")
+            yield from _of_arm(arm, "the tool", numbers)
         case WristArm(arm, wrist):
-            yield from _of_arm(arm, "the wrist's centre")
-            yield from _of_wrist(family, wrist)
+            centre = f"the {'shoulder' if family.is_reversed else 'wrist'}'s centre"
+            yield from _of_arm(arm, centre, numbers)
+            yield f"from {centre} to the {'base' if family.is_reversed else 'tool'}", _distance(family, wrist.centre)
+            yield f"angle of axes {numbers[4]} and {numbers[6]} in the zero pose", wrist.skew
         case FlatArm(turns, _, _, upper, lower, end):
             first, second = turns[0].number, turns[1].number
             yield f"from axis {first} to axis {second}", _length(upper)
@@ -69,36 +73,40 @@ def _described(family: Family) -> Iterator[tuple[str, sp.Expr]]:
             if len(turns) == 3:
                 yield f"from axis {turns[2].number} to the tool, across", _across(family, end, turns[2].direction)
         case TripleArm(waist, _, upper, lower, hand, depth, end):
-            yield from _of_waist(waist)
-            yield from (("from axis 2 to axis 3", _length(upper)), ("from axis 3 to axis 4", _length(lower)))
-            yield "from axis 4 to axis 5", _length(hand)
-            yield "shift along axes 2, 3, 4", depth
-            yield "from axis 5 to the tool", _distance(family, end)
+            _, _, second, third, fourth, fifth, *_ = numbers
+            yield from _of_waist(waist, numbers)
+            yield f"from axis {second} to axis {third}", _length(upper)
+            yield f"from axis {third} to axis {fourth}", _length(lower)
+            yield f"from axis {fourth} to axis {fifth}", _length(hand)
+            yield f"shift along axes {second}, {third}, {fourth}", depth
+            yield f"from axis {fifth} to the {'base' if family.is_reversed else 'tool'}", _distance(family, end)
 
 
-def _of_waist(waist: Waist) -> Iterator[tuple[str, sp.Expr]]:
-    yield "from axis 1 to axis 2", waist.offset
-    yield "angle of axes 1 and 2", sp.atan2(waist.sine, waist.cosine)
+def _of_waist(waist: Waist, numbers: tuple[int, ...]) -> Iterator[tuple[str, sp.Expr]]:
+    _, first, second, *_ = numbers
+    yield f"from axis {first} to axis {second}", waist.offset
+    yield f"angle of axes {first} and {second}", sp.atan2(waist.sine, waist.cosine)
 
 
-def _of_arm(arm: Arm, end: str) -> Iterator[tuple[str, sp.Expr]]:
+def _of_arm(arm: Arm, end: str, numbers: tuple[int, ...]) -> Iterator[tuple[str, sp.Expr]]:
+    _, first, second, third, *_ = numbers
     match arm:
         case ElbowArm():
-            yield from _of_waist(arm.waist)
-            yield "from axis 2 to axis 3", _length(arm.upper)
-            yield f"from axis 3 to {end}", _length(arm.lower)
-            yield f"shift along axis 2 to {end}", arm.depth
+            yield from _of_waist(arm.waist, numbers)
+            yield f"from axis {second} to axis {third}", _length(arm.upper)
+            yield f"from axis {third} to {end}", _length(arm.lower)
+            yield f"shift along axis {second} to {end}", arm.depth
+        case GimbalArm():
+            yield f"angle of axes {first} and {second}", sp.atan2(arm.waist.sine, arm.waist.cosine)
+            yield f"from where they meet to axis {third}", _length(arm.upper)
+            yield f"from axis {third} to {end}", _length(arm.lower)
+            yield f"shift along axis {third} to {end}", arm.depth
         case StrokeArm():
-            yield from _of_waist(arm.waist)
-            yield f"from axis 2 to the line of {end}", _aside(arm.heading, arm.start)
-            yield f"shift along axis 2 to {end}", arm.depth
+            yield from _of_waist(arm.waist, numbers)
+            yield f"from axis {second} to the line of {end}", _aside(arm.heading, arm.start)
+            yield f"shift along axis {second} to {end}", arm.depth
         case ColumnArm():
             yield f"from axis {arm.turn.number} to the line of {end}", _aside(arm.heading, arm.start)
-
-
-def _of_wrist(family: Family, wrist: Wrist) -> Iterator[tuple[str, sp.Expr]]:
-    yield "from the wrist's centre to the tool", _distance(family, wrist.centre)
-    yield "angle of axes 4 and 6 in the zero pose", wrist.skew
 
 
 def _constant(family: Family, text: str, value: sp.Expr, is_angle: bool) -> Constant:

@@ -53,7 +53,9 @@ class Bend:
     valid: sp.Expr
 
 
-def swing_to(steps: Steps, point: Planar, aside: sp.Expr, near: sp.Expr, start: Planar) -> tuple[Swing, Swing]:
+def swing_to(
+    steps: Steps, point: Planar, aside: sp.Expr, near: sp.Expr, start: Planar, rest: sp.Expr | None = None
+) -> tuple[Swing, Swing]:
     """Turn a crank whose tip is `aside` across it so that the tip meets a point, forward and backward.
 
     Solves `direction * (along + i*aside) = point`. Where the point lies on the axis of the crank, which then may
@@ -65,6 +67,7 @@ def swing_to(steps: Steps, point: Planar, aside: sp.Expr, near: sp.Expr, start: 
         aside: How far the tip is off the crank.
         near: The squared distance within which the point counts as on the axis.
         start: Direction of the crank for a point on the axis.
+        rest: The square of `along`, where it is known better than from the point.
 
     Returns:
         With the tip forward (`along` is positive) and backward.
@@ -75,7 +78,7 @@ def swing_to(steps: Steps, point: Planar, aside: sp.Expr, near: sp.Expr, start: 
         point = (steps.select(square, near, start[0], point[0]), steps.select(square, near, start[1], point[1]))
     if aside == 0:
         return _swing_in_line(steps, point, square, near)
-    rest = steps.name(square - aside**2)
+    rest = steps.name(square - aside**2) if rest is None else rest
     # Beside the axis the square is off by twice `aside` times what the point is off by.
     reach = steps.near.reach
     beyond = 2 * reach * abs(aside) if aside.is_number else square + reach**2

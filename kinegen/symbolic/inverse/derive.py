@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from functools import lru_cache
+
 import sympy as sp
 
 from kinegen.errors import KinegenError
-from kinegen.outputs import Array, Quantity
+from kinegen.outputs import Allowance, Array, Branches, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
-from kinegen.symbolic.expressions import Expressions, Tape
+from kinegen.symbolic.expressions import Expressions, Tape, number_of
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
 from kinegen.symbolic.inverse.solutions import joint_values
-from kinegen.symbolic.inverse.solve import Target, solve
+from kinegen.symbolic.inverse.solve import Target, reads_attitude, solve
 from kinegen.symbolic.inverse.steps import Steps
-from kinegen.symbolic.inverse.thresholds import thresholds_of
+from kinegen.symbolic.inverse.thresholds import RIGID, thresholds_of
 from kinegen.symbolic.signatures import parameter_symbols, signature
 from kinegen.symbolic.transforms import symbols
 
@@ -46,11 +50,14 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     tape = Tape()
     steps = Steps(tape, family.axes.value, thresholds_of(family, reach(robot)))
     target = Target((rotation[0], rotation[1], rotation[2]), position)
+    if family.is_reversed:
+        target = target.inverse(steps)
     found = [joint_values(steps, solution) for solution in solve(steps, family, target)]
     branches = len(family.branches)
-    results = (Array("solutions", (branches, robot.dof)), Array("valid", (branches,)))
+    solutions = Array("solutions", (branches, robot.dof), per_branch=True)
+    results = (solutions, Array("valid", (branches,), is_truth=True))
     return Expressions(
-        signature=signature(robot, quantity, (POSE,), *results),
+        signature=replace(signature(robot, quantity, (POSE,), *results), branches=branches_of(robot, family)),
         variables=tuple(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)),
         parameters=parameter_symbols(robot, symbols(robot, keep_parameters=False)),
         definitions=tuple(tape.definitions),
@@ -58,8 +65,28 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     )
 
 
+def branches_of(robot: Robot, family: Family) -> Branches:
+    """The branches of a family in words and numbers, which go with the kernel from here on."""
+    near, joints = thresholds_of(family, reach(robot)), family.joints
+    return Branches(
+        family=family.name,
+        names=family.branches,
+        meanings=family.meanings,
+        conditions=family.conditions,
+        turns=tuple(2 * math.pi / abs(float(joint.rate)) if joint.turns else math.inf for joint in joints),
+        rooms=tuple(_allowance(near.room(joint)) for joint in joints),
+        rigid=_allowance(RIGID),
+        reads_attitude=reads_attitude(family),
+    )
+
+
+def _allowance(bound: sp.Expr) -> Allowance:
+    return Allowance(*(number_of(bound, single=single) for single in (False, True)))
+
+
+@lru_cache(maxsize=32)
 def family_of(robot: Robot) -> Family:
-    """The family of a robot.
+    """The family of a robot; a build and its proof ask for the same one.
 
     Raises:
         KinegenError: If it is of none.

@@ -71,6 +71,31 @@ class StrokeArm:
 
 
 @dataclass(frozen=True, slots=True)
+class GimbalArm:
+    """Two axes that meet, and a third anywhere: the shoulder of a Panda, seen from its hand.
+
+    Attributes:
+        waist: The first joint; its axis and the second one meet, so that its offset is 0.
+        shoulder: The second joint.
+        elbow: The third.
+        end: The point that is carried, in the base frame.
+        frame: Columns of a frame whose z axis is axis 3.
+        upper: From where axes 1 and 2 meet to axis 3, across axis 3, in the axes of the frame.
+        lower: From axis 3 to the point, likewise.
+        depth: From where axes 1 and 2 meet to the point, along axis 3.
+    """
+
+    waist: Waist
+    shoulder: JointAxis
+    elbow: JointAxis
+    end: Vector
+    frame: Rotation
+    upper: Planar
+    lower: Planar
+    depth: sp.Expr
+
+
+@dataclass(frozen=True, slots=True)
 class ColumnArm:
     """A turn, a lift along its axis and a reach across it, the lift anywhere: the cylindrical arm.
 
@@ -108,7 +133,7 @@ class GantryArm:
     inverse: Rotation
 
 
-Arm = ElbowArm | StrokeArm | ColumnArm | GantryArm
+Arm = ElbowArm | GimbalArm | StrokeArm | ColumnArm | GantryArm
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +209,7 @@ class Family:
     Attributes:
         name: What people call such arms.
         build: How it is built.
-        axes: Its chain at q = 0.
+        axes: Its chain at q = 0, in the direction in which it is solved.
         aim: What of a target decides.
         branches: Names of the solutions, in order.
         meanings: What the words in these names mean; sentences.
@@ -198,3 +223,13 @@ class Family:
     branches: tuple[str, ...]
     meanings: tuple[str, ...]
     conditions: tuple[str, ...]
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether the chain is solved from the tool to the base."""
+        return self.axes.is_reversed
+
+    @property
+    def joints(self) -> tuple[JointAxis, ...]:
+        """The joints in the order of the joint vector."""
+        return tuple(sorted(self.axes.joints, key=lambda joint: joint.number))

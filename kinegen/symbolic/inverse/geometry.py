@@ -132,6 +132,15 @@ class Wrist:
     skew: sp.Expr
     hand: Rotation
 
+    @property
+    def flange_limits(self) -> tuple[sp.Expr, sp.Expr] | None:
+        """How far the last axis may be turned, where that is less than a whole turn."""
+        flange = self.joints[2]
+        if flange.limits is None:
+            return None
+        low, high = sorted(tidy(end * flange.rate) for end in flange.limits)
+        return (low, high) if high - low < 2 * sp.pi else None
+
 
 def wrist_of(roll: JointAxis, bend: JointAxis, flange: JointAxis, centre: Vector) -> Wrist:
     """The frame of three joints that turn, each square to the one before, through one point.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from kinegen.symbolic.inverse.axes import JointAxis
-from kinegen.symbolic.inverse.family import ElbowArm, Family, FlatArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.family import ElbowArm, Family, FlatArm, GimbalArm, PointArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Wrist
 
 Places = tuple[int, tuple[float, float]]
@@ -15,8 +15,8 @@ Places = tuple[int, tuple[float, float]]
 def boundaries(family: Family) -> tuple[Places, ...]:
     """The values of the elbow at which the arm is stretched and folded; none where there is no elbow."""
     match family.build:
-        case PointArm(ElbowArm(_, _, elbow, _, upper, lower)) | WristArm(ElbowArm(_, _, elbow, _, upper, lower)):
-            return (_elbow(family, elbow, upper, lower),)
+        case PointArm(ElbowArm() | GimbalArm() as arm) | WristArm(ElbowArm() | GimbalArm() as arm):
+            return (_elbow(family, arm.elbow, arm.upper, arm.lower),)
         case FlatArm(turns, _, _, upper, lower):
             return (_elbow(family, turns[1], upper, lower),)
         case TripleArm(_, turns, upper, lower):

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinegen.robot.model import Robot
-from kinegen.symbolic.inverse.arms import Refusal, flat_arm, point_arm, triple_arm, wrist_arm
+from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
 from kinegen.symbolic.inverse.axes import Axes, joint_axes
+from kinegen.symbolic.inverse.conditions import Refusal
 from kinegen.symbolic.inverse.family import Family
 
 Recogniser = Callable[[Axes], Family]
@@ -41,15 +42,18 @@ def recognise(robot: Robot) -> Family | Unknown:
     if isinstance(axes, tuple):
         return Unknown(axes)
     letters = "".join("R" if joint.turns else "P" for joint in axes.joints)
-    candidates = _candidates(letters)
-    if not candidates:
+    tries = [(candidate, axes) for candidate in _candidates(letters)]
+    if all(entry.is_number for row in axes.rotation for entry in row):
+        tries += [(candidate, axes.reversed()) for candidate in _seen_from_tool(letters[::-1])]
+    if not tries:
         return Unknown((f"no family of closed forms has the joints {letters}",))
     reasons: list[str] = []
-    for candidate in candidates:
+    for candidate, chain in tries:
         try:
-            return candidate(axes)
+            return candidate(chain)
         except Refusal as refusal:
-            reasons += [f"{_KINDS[candidate]}: {reason}" for reason in refusal.reasons]
+            start = f"{_KINDS[candidate]}{', seen from the tool' if chain.is_reversed else ''}"
+            reasons += [f"{start}: {reason}" for reason in refusal.reasons]
     return Unknown(tuple(reasons))
 
 
@@ -59,6 +63,11 @@ _KINDS: dict[Recogniser, str] = {
     flat_arm: "not a planar or SCARA arm",
     triple_arm: "not an arm with three parallel axes",
 }
+
+
+def _seen_from_tool(letters: str) -> tuple[Recogniser, ...]:
+    """The families with such joints from the tool to the base: what the base is to the tool, they solve for."""
+    return _candidates(letters) if len(letters) == 6 else ()
 
 
 def _candidates(letters: str) -> tuple[Recogniser, ...]:

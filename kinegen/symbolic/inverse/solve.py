@@ -14,17 +14,10 @@ from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transp
 from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle
-from kinegen.symbolic.inverse.solve_arm import (
-    Turned,
-    arm_size,
-    last_frame,
-    minus_named,
-    seen_from_waist,
-    turn_waist,
-    ways,
-)
+from kinegen.symbolic.inverse.solve_arm import last_frame, ways
 from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps, fixed
 from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TARGET
+from kinegen.symbolic.inverse.waists import Turned, arm_size, minus_named, seen_from_waist, turn_waist
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
@@ -41,6 +34,12 @@ class Target:
 
     rotation: Rotation
     position: Vector
+
+    def inverse(self, steps: Steps) -> Target:
+        """The pose of the base in the frame of the tool."""
+        back = transposed(self.rotation)
+        x, y, z = (steps.name(-entry) for entry in steps.turned(back, self.position))
+        return Target(back, (x, y, z))
 
     def point(self, steps: Steps, axes: Axes, point: Vector) -> Vector:
         """Where a point fixed to the tool has to be, from where it is at q = 0."""

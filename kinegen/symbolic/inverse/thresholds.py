@@ -19,7 +19,16 @@ import sympy as sp
 
 from kinegen.symbolic.expressions import by_type
 from kinegen.symbolic.inverse.axes import JointAxis
-from kinegen.symbolic.inverse.family import Build, ElbowArm, Family, FlatArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.family import (
+    Build,
+    ElbowArm,
+    Family,
+    FlatArm,
+    GimbalArm,
+    PointArm,
+    TripleArm,
+    WristArm,
+)
 from kinegen.symbolic.inverse.geometry import Planar
 
 ROUNDOFFS = sp.Rational(1, 2**53), sp.Rational(1, 2**24)
@@ -112,7 +121,7 @@ def thresholds_of(family: Family, reach: float) -> Thresholds:
 def links_of(build: Build) -> tuple[Planar, Planar] | None:
     """The two links about the elbow of an arm; None where it has no elbow."""
     match build:
-        case PointArm(ElbowArm() as arm) | WristArm(ElbowArm() as arm):
+        case PointArm(ElbowArm() | GimbalArm() as arm) | WristArm(ElbowArm() | GimbalArm() as arm):
             return arm.upper, arm.lower
         case FlatArm() | TripleArm():
             return build.upper, build.lower

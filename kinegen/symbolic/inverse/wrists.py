@@ -8,7 +8,7 @@ import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.geometry import Planar, Wrist
-from kinegen.symbolic.inverse.steps import HALF_TURN, ONE, Angle, Steps, fixed
+from kinegen.symbolic.inverse.steps import HALF_TURN, ONE, ZERO, Angle, Steps, fixed
 from kinegen.symbolic.inverse.thresholds import ALIGNED
 
 Columns = tuple[Vector, Vector, Vector]
@@ -25,17 +25,42 @@ def flips(steps: Steps, wrist: Wrist, left: Columns, start: Planar) -> tuple[Fli
         steps: The tape.
         wrist: The wrist.
         left: Columns of the rotation that is left to the wrist, in the wrist's frame and the hand's.
-        start: The direction of t4 where axes 4 and 6 are in line.
+        start: The direction of t4 where axes 4 and 6 are in line, unless t6 would break its limits.
 
     Returns:
         The way with t5 + skew from 0 to 180 deg, and the one with every axis turned to the other side.
     """
     r13, r23, _ = left[2]
     square = steps.square((r13, r23))
+    start = _within_limits(steps, wrist, left, start)
     lead = (steps.select(square, ALIGNED, start[0], r13), steps.select(square, ALIGNED, start[1], r23))
     roll, tilt, flange = held(steps, left, lead)
     skew = fixed(wrist.skew)
     return (roll, tilt - skew, flange), (roll + HALF_TURN, -tilt - skew, flange + HALF_TURN)
+
+
+def _within_limits(steps: Steps, wrist: Wrist, left: Columns, start: Planar) -> Planar:
+    """The direction of t4 where axes 4 and 6 are in line: the given one, or one that leaves t6 at its nearest limit.
+
+    The second column then has the sum t4 + t6, or their difference where the axes point against each other.
+    """
+    if wrist.flange_limits is None:
+        return start
+    low, high = wrist.flange_limits
+    (_, _, _), (r12, r22, _), (_, _, r33) = left
+    total = (r22, steps.name(-r12))
+    # t6 as it would be, from the middle of its limits.
+    turned = steps.back(start, total)
+    middle, end = steps.unit((low + high) / 2), steps.unit((high - low) / 2)
+    cosine, sine = steps.back(middle, (turned[0], steps.select(r33, ZERO, -turned[1], turned[1])))
+    # Half of the range on, at the end that is nearer; turned back from the sum or the difference, t4 is left.
+    side = steps.select(sine, ZERO, -end[1], end[1])
+    limit = steps.times(middle, (end[0], side))
+    lead = steps.back((limit[0], steps.select(r33, ZERO, -limit[1], limit[1])), total)
+    return (
+        steps.select(cosine, end[0], lead[0], start[0]),
+        steps.select(cosine, end[0], lead[1], start[1]),
+    )
 
 
 def held(steps: Steps, left: Columns, lead: Planar) -> Flip:

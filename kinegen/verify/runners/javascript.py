@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 
 from kinegen.emit.environment import environment
 from kinegen.emit.javascript.syntax import SYNTAX
+from kinegen.emit.javascript.wasm import compile_command
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.program import Program
 from kinegen.verify.runners.runner import run_tool
@@ -19,6 +21,9 @@ from kinegen.verify.runners.straight import require_forms
 from kinegen.verify.ways import Arrays
 
 _DRIVER = "driver.mjs"
+
+_WASM = ("clang", "wasm-ld")
+"""What compiles WebAssembly; where it is missing, the driver compares nothing with that."""
 
 
 def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
@@ -28,6 +33,8 @@ def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
     heads = [rf"function {program.quantity.function}_at\(.*\) {{" for program in kernels.programs]
     text = (folder / name).read_text(encoding="utf-8")
     require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}")
+    if (folder / f"{kernels.robot.name}_wasm.js").exists() and all(map(shutil.which, _WASM)):
+        run_tool(tuple(compile_command(kernels).split()), folder, f"the WebAssembly of {name}")
     driver = environment().get_template(f"javascript/{_DRIVER}.jinja").render()
     (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
     return _Module(tool, folder, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
@@ -50,9 +57,10 @@ class _Module:
     parameters: tuple[str, ...]
 
     def __call__(
-        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, is_batch: bool
+        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
     ) -> Arrays:
-        """Evaluate a kernel in a process of its own."""
+        """Evaluate a kernel in a process of its own; there is one number type."""
+        del real
         count, results = len(inputs[0]), program.signature.results
         function = program.quantity.function + ("_batch" if is_batch else "")
         params = None if parameters is None else dict(zip(self.parameters, parameters, strict=True))
@@ -68,6 +76,9 @@ class _Module:
         ends = np.cumsum([count * _size(result.shape) for result in results])
         parts = np.split(numbers, ends[:-1])
         return tuple(part.reshape(count, *result.shape) for part, result in zip(parts, results, strict=True))
+
+    def others(self, name: str, inputs: Arrays, *, real: str) -> None:
+        """There are no functions beside the kernels."""
 
     def tables(self) -> dict[str, Any]:
         """What the module says of the robot."""

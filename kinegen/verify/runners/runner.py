@@ -10,27 +10,26 @@ from typing import Any, Protocol
 from kinegen.emit.kernels import Kernels
 from kinegen.errors import CompileError
 from kinegen.ir.program import Program
+from kinegen.native.compiler import first_errors
 from kinegen.verify.ways import Arrays
 
 PATIENCE = 600.0
 """Seconds that one call of a tool may take."""
-
-_LINES = 3
-"""Lines of what a tool reports that a message repeats."""
 
 
 class Call(Protocol):
     """Evaluates a kernel."""
 
     def __call__(
-        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, is_batch: bool
+        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
     ) -> Arrays:
         """Evaluate a kernel.
 
         Args:
             program: The program that the kernel was printed from.
-            inputs: Its inputs, N configurations each, in doubles.
+            inputs: Its inputs, N configurations each, in the number type.
             parameters: Values of the runtime parameters; those of the robot file if None.
+            real: The number type, one of the language.
             is_batch: Whether to call the function for batches.
 
         Returns:
@@ -38,6 +37,19 @@ class Call(Protocol):
 
         Raises:
             CompileError: If the tool refuses the files.
+        """
+
+    def others(self, name: str, inputs: Arrays, *, real: str) -> Arrays | None:
+        """Evaluate a function beside the kernels, with the runtime parameters of the robot file.
+
+        Args:
+            name: `inverse_nearest` (poses of the tool and joint vectors; joint vectors and flags), `within_limits`
+                (joint vectors; flags) or `clamp` (joint vectors; joint vectors).
+            inputs: Its inputs, N configurations each, in the number type.
+            real: The number type, one of the language.
+
+        Returns:
+            Its results, N configurations each, flags as numbers; None where the language has no such function.
         """
 
     def tables(self) -> Mapping[str, Any]:
@@ -88,8 +100,5 @@ def run_tool(command: tuple[str, ...], folder: Path, subject: str) -> str:
     except OSError as error:
         raise CompileError(f"{command[0]} cannot be run: {error.strerror}") from error
     if done.returncode:
-        lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
-        errors = [line for line in lines if "error" in line.lower()] or lines
-        reason = "; ".join(errors[:_LINES]) or f"it ended with status {done.returncode}"
-        raise CompileError(f"{command[0]} refuses {subject}: {reason}")
+        raise CompileError(f"{command[0]} refuses {subject}: {first_errors(done)}")
     return done.stdout

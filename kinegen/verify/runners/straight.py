@@ -11,15 +11,24 @@ from collections.abc import Sequence
 
 from kinegen.emit.printing import Syntax
 from kinegen.errors import ProofError
+from kinegen.ir.program import Operator
 
 _NAME = r"[A-Za-z_]\w*"
-_PLACE = rf"{_NAME}(?:[.]{_NAME}|\[{_NAME}(?: \+ \d+)?\])?"
+_PLACE = rf"{_NAME}(?:[.]{_NAME}|\[{_NAME}(?: \+ \d+)?\]|(?:\[\d+\])+)?"
 _NUMBER = r"\d[\d.]*(?:[eE][-+]?\d+)?"
 _OPERAND = rf"(?:-?{_PLACE}|-?{_NUMBER}|\(-{_NUMBER}\))"
 _SINE, _COSINE, _ANGLE = "SINE__", "COSINE__", "ANGLE__"
 
 
-def require_forms(syntax: Syntax, owner: str, text: str, heads: Sequence[str], end: str) -> None:
+def require_forms(
+    syntax: Syntax[Operator],
+    owner: str,
+    text: str,
+    heads: Sequence[str],
+    end: str,
+    others: Sequence[frozenset[str]] = (),
+    more: Sequence[str] = (),
+) -> None:
     """Read the bodies of some functions.
 
     Args:
@@ -28,24 +37,26 @@ def require_forms(syntax: Syntax, owner: str, text: str, heads: Sequence[str], e
         text: The file.
         heads: For each function a regular expression of its first line.
         end: The line that ends a body.
+        others: For each function the lines of its body beside statements: comments, declarations, what it returns.
+        more: Forms of expressions beside those of the syntax.
 
     Raises:
         ProofError: Naming the function and the line, or the function that is not there exactly once.
     """
-    forms = _forms(syntax)
+    forms = _forms(syntax, more)
     lines = text.split("\n")
-    for head in heads:
+    for head, known in zip(heads, others or [frozenset[str]()] * len(heads), strict=True):
         starts = [number for number, line in enumerate(lines, start=1) if re.fullmatch(head, line)]
         if len(starts) != 1:
             raise ProofError(f"{owner}: {len(starts)} functions match '{head}', not one; nothing was written")
         for line in lines[starts[0] : lines.index(end, starts[0])]:
-            if not forms.fullmatch(line.strip()):
+            if line.strip() not in known and not forms.fullmatch(line.strip()):
                 raise ProofError(f"{owner}: '{line.strip()}' is not straight; nothing was written")
 
 
-def _forms(syntax: Syntax) -> re.Pattern[str]:
+def _forms(syntax: Syntax[Operator], more: Sequence[str]) -> re.Pattern[str]:
     """What a line of a body may be."""
-    expressions = [_expression(form) for form in syntax.forms.values()]
+    expressions = [_expression(form) for form in (*syntax.forms.values(), *more)]
     defined = [_escaped(syntax.define, {"{name}": _NAME, "{value}": value}) for value in (_OPERAND, *expressions)]
     stored = _escaped(syntax.store, {"{place}": _PLACE, "{value}": _OPERAND})
     pair = syntax.sincos(_SINE, _COSINE, _ANGLE)

@@ -8,8 +8,8 @@ import sympy as sp
 
 from kinegen.outputs import Array, Kind, Quantity
 from kinegen.robot.model import Robot
-from kinegen.symbolic.actuators import Drivetrain, drivetrain
-from kinegen.symbolic.actuators_inverse import solve
+from kinegen.symbolic.actuators.inverse import solve
+from kinegen.symbolic.actuators.joints import Drivetrain, drivetrain
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.derivative import derivative
 from kinegen.symbolic.expressions import Definition, Expressions, Tape

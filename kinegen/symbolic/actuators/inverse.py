@@ -13,12 +13,12 @@ import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
 from kinegen.errors import KinegenError
-from kinegen.robot.actuators import Coupling, Formula, FourBar, Triangle
+from kinegen.robot.actuators.model import Coupling, Formula, FourBar, Triangle
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.model import Robot
-from kinegen.symbolic.actuators import FREE, bars_of, readings_of
-from kinegen.symbolic.actuators_forms import crank, triangle_length
-from kinegen.symbolic.actuators_write import write
+from kinegen.symbolic.actuators.forms import crank, triangle_length
+from kinegen.symbolic.actuators.joints import FREE, bars_of, readings_of
+from kinegen.symbolic.actuators.write import write
 from kinegen.symbolic.expressions import Tape
 from kinegen.symbolic.transforms import symbols
 

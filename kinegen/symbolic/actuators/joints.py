@@ -14,11 +14,11 @@ import sympy as sp
 
 from kinegen.errors import KinegenError
 from kinegen.older import assert_never
-from kinegen.robot.actuators import Coupling, Drive, Formula, FourBar, Triangle
+from kinegen.robot.actuators.model import Coupling, Drive, Formula, FourBar, Triangle
 from kinegen.robot.expressions import Arithmetic, Expression, evaluate
 from kinegen.robot.model import Robot
-from kinegen.symbolic.actuators_forms import Bars, Turned, rocker, triangle
-from kinegen.symbolic.actuators_write import write
+from kinegen.symbolic.actuators.forms import Bars, Turned, rocker, triangle
+from kinegen.symbolic.actuators.write import write
 from kinegen.symbolic.expressions import Tape
 from kinegen.symbolic.transforms import EXACT, symbols
 

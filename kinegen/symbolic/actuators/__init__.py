@@ -1,0 +1,1 @@
+"""Joints from readings, readings from joints, and derivatives by readings, as exact expressions."""

@@ -1,0 +1,96 @@
+"""`kinegen view`: a robot file in, a page out, and nothing of the user's lost."""
+
+from __future__ import annotations
+
+import webbrowser
+from pathlib import Path
+
+import pytest
+
+from kinegen.cli import main
+from tests.cli.commands import BAD, TWO
+from tests.viewer.pages import model_of
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to be in, with a robot file of two joints."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    return tmp_path
+
+
+def test_the_page_is_named_after_the_robot_and_replaced_the_next_time(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["view", "two.yaml"]) == 0
+    assert "wrote two.html" in capsys.readouterr().out
+    first = (folder / "two.html").read_text(encoding="utf-8")
+
+    assert main(["view", "two.yaml", "--q", "-90, 0.5"]) == 0
+    second = (folder / "two.html").read_text(encoding="utf-8")
+
+    assert model_of(first)["start"] is None
+    assert model_of(second)["start"] == pytest.approx([-1.5707963267948966, 0.5])
+    assert sorted(path.name for path in folder.iterdir()) == ["two.html", "two.yaml"]
+
+
+def test_a_file_of_the_user_is_not_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, content in (("mine.html", b"<p>mine</p>"), ("mine.bin", b"\xff\xfe\x00")):
+        (folder / name).write_bytes(content)
+
+        assert main(["view", "two.yaml", "-o", name]) == 1
+        assert "kinegen did not write it" in capsys.readouterr().err
+        assert (folder / name).read_bytes() == content
+
+    assert main(["view", "two.yaml", "-o", "mine.html", "--force"]) == 0
+    assert model_of((folder / "mine.html").read_text(encoding="utf-8"))["name"] == "two"
+
+
+def test_the_robot_file_is_never_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["view", "two.yaml", "-o", "two.yaml", "--force"]) == 1
+
+    assert "this is the robot file itself" in capsys.readouterr().err
+    assert (folder / "two.yaml").read_text(encoding="utf-8") == TWO
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "words"),
+    [
+        (["two.yaml", "-o", "."], 1, "this is a folder"),
+        (["two.yaml", "--q", "1"], 2, "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["two.yaml", "--q", ""], 2, "none given"),
+        (["two.yaml", "--q", "nan,0"], 2, "is not a number"),
+        (["two.yaml", "--q", "1e999,0"], 2, "out of bounds"),
+        (["two.yaml", "--outputs", "pos"], 1, "unknown output 'pos' (expected pose, position)"),
+        (["two.yaml", "--outputs", "pose@nowhere"], 1, "nowhere"),
+        (["two.yaml", "--outputs", "numeric_inverse"], 1, "not an output of a page"),
+        (["bad.yaml"], 1, "alhpa"),
+        (["missing.yaml"], 1, "missing.yaml"),
+        (["two.yaml", "-o", "two.yaml/x.html"], 1, "two.yaml/x.html"),
+    ],
+)
+def test_bad_arguments_are_one_line_and_write_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, words: str
+) -> None:
+    (folder / "bad.yaml").write_text(BAD, encoding="utf-8")
+
+    assert main(["view", *arguments]) == status
+
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert not list(folder.glob("*.html"))
+
+
+@pytest.mark.parametrize("opened", [True, False])
+def test_open_shows_the_page_or_says_that_it_cannot(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, opened: bool
+) -> None:
+    addresses: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or opened)
+
+    assert main(["view", "two.yaml", "--open"]) == 0
+
+    assert addresses == [(folder / "two.html").as_uri()]
+    assert ("no browser was found" in capsys.readouterr().err) is not opened
