@@ -10,15 +10,13 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 CHECKED := $(wildcard kinegen tests scripts docs examples benchmarks generated)
 
-# The robots whose output is committed, and how it is built.
-ROBOTS            := $(sort $(wildcard robots/*.yaml))
-GENERATED_OPTIONS := --real both --outputs pose,frames,position
+ROBOTS := $(sort $(wildcard robots/*.yaml))
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo test test-boards test-languages test-long test-sabotage docs-firmware check fix format lint types generated current docs docs-current commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-imports test-languages test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -32,6 +30,10 @@ demo: $(VENV)/.kinegen ## shows the closed form of a PUMA 560, builds and proves
 	@echo
 	$(BIN)/python scripts/demo.py build/demo/puma560
 
+view: $(VENV)/.kinegen ## opens a PUMA 560 that moves in the browser
+	@mkdir -p build
+	$(BIN)/kinegen view robots/puma560.yaml -o build/puma560.html --open
+
 # For people who change it ---------------------------------------------------------------------------------------------
 
 test: $(VENV)/.dev ## runs the test suite
@@ -41,8 +43,22 @@ test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as r
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
 
-test-languages: $(VENV)/.dev ## proves every output in JavaScript, which takes Node.js
+test-browser: $(VENV)/.dev ## tries the pages of `kinegen view` in Chromium; as root, installs that
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,browser]'
+	@$(BIN)/python scripts/install_browser.py build/browser
+	$(BIN)/python -m pytest tests/browser -m browser $(PYTEST_OPTIONS)
+
+test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares them with Pinocchio and MuJoCo
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,judges]'
+	$(BIN)/python scripts/get_descriptions.py build/descriptions
+	$(BIN)/python -m pytest tests/imports -n $(JOBS) -m imports $(PYTEST_OPTIONS)
+
+test-languages: $(VENV)/.dev ## proves every output in other languages; as root, installs what that takes
+	@$(BIN)/python scripts/install_languages.py
 	$(BIN)/python -m pytest tests/languages -n $(JOBS) -m languages $(PYTEST_OPTIONS)
+
+test-notebooks: $(VENV)/.dev ## runs the notebooks of examples/ from top to bottom
+	$(BIN)/python -m pytest tests/api -n $(JOBS) -m notebooks $(PYTEST_OPTIONS)
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
 	$(BIN)/python -m pytest tests/sabotage -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
@@ -65,20 +81,16 @@ lint: $(VENV)/.dev ## checks the Python code, the generated one too
 types: $(VENV)/.dev ## checks the types
 	$(BIN)/mypy
 
-generated: $(VENV)/.kinegen ## rewrites generated/ from robots/
+robots: $(VENV)/.kinegen ## builds and proves every robot of robots/
 	@mkdir -p build
-	$(BIN)/kinegen build $(ROBOTS) -o generated $(GENERATED_OPTIONS) >build/generated.log || \
-	    { cat build/generated.log; exit 1; }
-	@echo "$(words $(ROBOTS)) robots are built and proven; build/generated.log has the reports"
+	@$(BIN)/kinegen build $(ROBOTS) -o build/robots >build/robots.log || { cat build/robots.log; exit 1; }
+	@echo "$(words $(ROBOTS)) robots are built and proven; build/robots.log has the reports"
 
-# Built anew elsewhere and compared, so that the check changes nothing; compiled files are not committed.
-current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
-	@rm -rf build/current && mkdir -p build
-	$(BIN)/kinegen build $(ROBOTS) -o build/current $(GENERATED_OPTIONS) --no-compile >build/current.log || \
-	    { cat build/current.log; exit 1; }
-	@diff -r -x '*.so' -x __pycache__ generated build/current || \
-	    { echo "generated/ is not current: run 'make generated' and commit what it changes"; exit 1; }
-	@echo "generated/ is current"
+generated: $(VENV)/.kinegen ## rewrites generated/: some packages, and the digests of what every robot gives
+	$(BIN)/python scripts/generated.py
+
+current: $(VENV)/.kinegen ## checks that generated/ is what the robots give, byte for byte
+	$(BIN)/python scripts/generated.py --check
 
 # Every page with real output has a script docs/make_*.py that rewrites it; --check compares instead.
 docs: $(VENV)/.kinegen ## rewrites the output shown in README.md and docs/
@@ -90,6 +102,9 @@ docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrit
 
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
+
+site: $(VENV)/.site ## makes the documentation as a site in build/site, with a moving arm; it opens from the disk
+	$(BIN)/python scripts/make_site.py --check
 
 # BASE names the commit before the first one; COMMITS_OPTIONS=--strict makes warnings errors.
 commits: ## warns about commits since the upstream or main whose messages are hard to read later
@@ -105,6 +120,7 @@ bench: $(VENV)/.kinegen ## prints the figures of this machine
 	$(BIN)/python -m benchmarks.velocity
 	$(BIN)/python -m benchmarks.inverse
 	$(BIN)/python -m benchmarks.build
+	$(BIN)/python -m benchmarks.imports
 
 wheel: $(VENV)/.dev ## builds a wheel in dist/ and tries it outside the checkout
 	$(BIN)/python -m hatchling build -t wheel -d dist
@@ -134,3 +150,8 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	@echo "Installing kinegen and its tools into $(VENV) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $(VENV)/.kinegen $@
+
+$(VENV)/.site: $(VENV)/.kinegen
+	@echo "Installing the tools of the site into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@

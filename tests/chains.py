@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from kinegen.robot.load import loads
+from kinegen.formats.load import loads
 from kinegen.robot.model import Robot
 
 CONVENTIONS = ("standard", "modified", "modified_prev_d", "hayati", "ets")

@@ -33,7 +33,10 @@ CALQUES = {
 }
 """Patterns of words, with what to write instead."""
 
-PAGES = (*(ROOT / "docs").glob("*.md"), *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "robots/README.md")))
+PAGES = (
+    *(ROOT / "docs").rglob("*.md"),
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "robots/README.md")),
+)
 EXAMPLES = (*(ROOT / "docs" / "examples").iterdir(), *(ROOT / "examples").glob("*.py"))
 TEMPLATES = (path for path in (ROOT / "templates").rglob("*.jinja"))
 WHOLE = sorted((*PAGES, *EXAMPLES, *TEMPLATES, ROOT / "tests" / "bad" / "expected.txt"))

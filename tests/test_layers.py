@@ -6,6 +6,7 @@ import ast
 import sys
 from collections.abc import Iterator
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -18,38 +19,62 @@ ROOT = Path(__file__).resolve().parent.parent
 # where they stand in the same folder.
 ROWS = (
     ("kinegen",),
-    ("kinegen.angles", "kinegen.errors", "kinegen.older", "kinegen.records"),
+    ("kinegen.angles", "kinegen.errors", "kinegen.lines", "kinegen.older", "kinegen.records"),
     ("kinegen.outputs",),
     ("kinegen.naming",),
     ("kinegen.manifest",),
-    ("kinegen.exchange",),
+    ("kinegen.exchange", "kinegen.output_file"),
     ("kinegen.write",),
     ("kinegen.robot",),
     ("kinegen.reference",),
+    ("kinegen.tables",),
+    ("kinegen.formats",),
     ("kinegen.symbolic",),
     ("kinegen.ir",),
     ("kinegen.emit",),
     ("kinegen.native",),
-    ("kinegen.boards", "kinegen.prove", "kinegen.verify", "kinegen.workspace"),
+    ("kinegen.compiled",),
+    ("kinegen.textbook",),
+    (
+        "kinegen.boards",
+        "kinegen.compare",
+        "kinegen.doctor",
+        "kinegen.prove",
+        "kinegen.verify",
+        "kinegen.workspace",
+    ),
+    ("kinegen.pictures",),
     ("kinegen.results",),
-    ("kinegen.build", "kinegen.unchanged"),
+    ("kinegen.clock", "kinegen.texts"),
+    ("kinegen.pipeline", "kinegen.unchanged"),
+    ("kinegen.calibrate",),
+    ("kinegen.viewer",),
+    ("kinegen.api",),
+    ("kinegen.fleet",),
     ("kinegen.cli",),
     ("kinegen.__main__",),
 )
 
 # What the order alone would allow, and independence does not.
 FORBIDDEN = {
-    "kinegen.reference": ("kinegen.symbolic", "kinegen.ir", "sympy"),
+    "kinegen.reference": ("kinegen.formats", "kinegen.symbolic", "kinegen.ir", "sympy"),
+    "kinegen.symbolic": ("kinegen.formats",),
+    "kinegen.ir": ("kinegen.formats",),
+    "kinegen.emit": ("kinegen.formats", "kinegen.symbolic"),
+    "kinegen.native": ("kinegen.formats", "kinegen.symbolic"),
+    "kinegen.verify": ("kinegen.formats", "kinegen.textbook"),
 }
 
 OLDEST = (3, 10)
 """The oldest Python that kinegen and its packages run on."""
 
 # The last importer of sympy is ir/lower.py; everything after it works on Programs.
-SYMPY_MAY_ENTER = ("kinegen.symbolic", "kinegen.ir.lower")
+SYMPY_MAY_ENTER = ("kinegen.symbolic", "kinegen.textbook", "kinegen.ir.lower")
 
 LONGEST_FUNCTION = 60
 LONGEST_MODULE = 350
+USUAL_DOCSTRING = 25
+"""Lines of a docstring that count as lines of its function."""
 
 
 def modules() -> dict[str, Path]:
@@ -111,6 +136,38 @@ def test_imports_come_from_rows_above(module: str) -> None:
     assert not below, f"{module} imports from its own row or from below"
 
 
+def full_name(module: str, name: str) -> str:
+    """The full name of what a module imports; a relative one is counted from its package."""
+    dots = len(name) - len(name.lstrip("."))
+    if not dots:
+        return name
+    package = module if MODULES[module].name == "__init__.py" else module.rpartition(".")[0]
+    above = package.split(".")[: len(package.split(".")) - dots + 1]
+    return ".".join([*above, *filter(None, [name.lstrip(".")])])
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Names of which each imports the next, and the last the first; none if there is no such circle."""
+    order = TopologicalSorter(graph)
+    try:
+        order.prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Late imports count, and so do those for annotations alone."""
+    graph = {
+        module: {full_name(module, name) for name in imports(path)} & MODULES.keys() - {module}
+        for module, path in MODULES.items()
+    }
+
+    assert graph["kinegen.native.runtime._inverse"] >= {"kinegen.native.runtime._kernel"}
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) != []
+    assert circle(graph) == []
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_sympy_stays_in_the_symbolic_stage(module: str) -> None:
     allowed = any(is_in(module, place) for place in SYMPY_MAY_ENTER)
@@ -156,12 +213,19 @@ def test_modules_stay_short(module: str) -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_functions_stay_short(module: str) -> None:
     functions = [
-        (node.name, (node.end_lineno or 0) - node.lineno + 1)
+        (node.name, (node.end_lineno or 0) - node.lineno + 1 - documentation(node))
         for node in ast.walk(tree(MODULES[module]))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     ]
 
     assert [(name, lines) for name, lines in functions if lines > LONGEST_FUNCTION] == []
+
+
+def documentation(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Lines of a docstring beyond a usual one: a public function documents each argument, with an example."""
+    first = function.body[0]
+    is_text = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    return max(0, (first.end_lineno or 0) - first.lineno + 1 - USUAL_DOCSTRING) if is_text else 0
 
 
 @pytest.mark.parametrize("module", MODULES)

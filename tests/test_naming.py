@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from kinegen import naming
 from kinegen.errors import KinegenError
+from kinegen.formats.load import loads
 from kinegen.robot.calibrated import calibrated
-from kinegen.robot.load import loads
 
 KINDS = ("robot", "parameter", "joint", "frame")
 
@@ -175,3 +175,11 @@ def test_compilers_agree_that_comments_are_safe(text: str, tmp_path: Path) -> No
 def test_a_description_cannot_leave_its_docstring(text: str) -> None:
     assert ast.literal_eval(f'"""{naming.docstring_text(text)}"""') == text
     assert ast.literal_eval(f'"""{naming.docstring_text(text)}\n"""') == text + "\n"
+
+
+def test_what_belongs_to_a_function_has_a_name_that_no_other_function_may_have() -> None:
+    """`Kernels` refuses outputs of such names, so a part that is missing in the table is an error."""
+    assert naming.companion("puma560_fk", "tile") == "puma560_fk_tile"
+    assert naming.function("puma560", "fk", "float", batch=True) == "puma560_f32_fk_batch"
+    with pytest.raises(ValueError, match="table is not among the parts of a function"):
+        naming.companion("puma560_fk", "table")

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.formats.load import load, loads
 from kinegen.reference.numbers import digits
 from kinegen.reference.series import Series, in_series
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import JointType, Robot
 from tests.textbook.catalog import Example, System, systems
 from tests.textbook.catalog import robot as textbook_robot

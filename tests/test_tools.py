@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from docs import make_readme, make_robots
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from scripts import make_venv
 
 PAGE = """\

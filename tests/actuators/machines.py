@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.actuators_extent import reading_box
-from kinegen.robot.load import loads
+from kinegen.robot.actuators.extent import reading_box
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from tests.chains import exact_defaults

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from kinegen.native.runtime._actuators import ReadingCheck
-from kinegen.robot.actuators_extent import reading_box, reading_ranges
+from kinegen.robot.actuators.extent import reading_box, reading_ranges
 from tests.actuators.machines import machine, one
 
 CHECK = ReadingCheck(("m1", "wire", "m3"), ((-1.0, 1.0), (0.2, 0.8), (-math.inf, math.inf)), ("rad", "m", ""))

@@ -9,8 +9,9 @@ from fractions import Fraction
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.robot.actuators import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
+from kinegen.robot.actuators.model import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
 from kinegen.robot.digest import digest
+from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import (
     ACTUATOR_FUNCTIONS,
     PI,
@@ -22,7 +23,6 @@ from kinegen.robot.expressions import (
     number,
     parse,
 )
-from kinegen.robot.model import Dimension
 from tests.actuators.machines import machine, one
 
 

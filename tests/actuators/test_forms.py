@@ -11,10 +11,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load
 from kinegen.outputs import Kind
 from kinegen.reference import Actuation
 from kinegen.robot.extent import reach
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from tests.actuators.machines import computed, joints, machine, one, readings_of, samples
 

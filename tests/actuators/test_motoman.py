@@ -12,13 +12,13 @@ import pytest
 import sympy as sp
 import yaml
 
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Variable
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.expressions import evaluate
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
-from kinegen.symbolic.actuators import drivetrain
+from kinegen.symbolic.actuators.joints import drivetrain
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.transforms import EXACT
 from tests.actuators.machines import Floats, computed, machine, samples

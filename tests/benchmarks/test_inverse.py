@@ -12,10 +12,10 @@ from benchmarks import inverse
 from benchmarks.solvers import Solver, _axes
 from benchmarks.speed.arm import links
 from kinegen import reference
+from kinegen.formats.load import load
 from kinegen.native.package import load_package
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import joint_box
-from kinegen.robot.load import load
 from kinegen.verify import inverse as proof
 from tests.builds.workshop import ROBOTS, make, set_machine
 

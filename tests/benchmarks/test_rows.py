@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.rows import SIZES, arm, stage_times, table
-from kinegen.robot.load import loads
+from kinegen.formats.load import loads
 
 
 @pytest.mark.parametrize("rows", SIZES)
@@ -15,15 +15,12 @@ def test_the_arms_load_and_have_so_many_joints(rows: int) -> None:
     assert robot.dof == rows
 
 
-def test_every_stage_has_its_processor_time() -> None:
-    times = stage_times(2, "position")
+def test_every_stage_has_its_processor_time_and_its_column() -> None:
+    times = stage_times(1, "position")
+    lines = list(table("position", (1, 2), lambda rows, _: times | {"all": rows * times["all"]}))
 
     assert {"load", "derive", "lower", "emit", "prove", "write", "all"} <= set(times)
     assert sum(seconds for name, seconds in times.items() if name != "all") <= times["all"]
-
-
-def test_the_table_has_a_line_for_each_size() -> None:
-    lines = list(table("position", (1, 2)))
-
     assert [line.split()[0] for line in lines[1:]] == ["1", "2"]
     assert len(lines[1].split()) == len(lines[0].split()) - 1
+    assert lines[2].split()[-1] == f"{2 * times['all']:.2f}"

@@ -25,7 +25,9 @@ from benchmarks.speed.rows import TIME, Row, load_results
 from docs import make_performance
 from kinegen.emit.reals import Real
 
-pytestmark = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler")
+pytestmark = pytest.mark.skipif(
+    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="needs cc, gcc or clang (apt install gcc)"
+)
 
 POSES = 37
 ROW = Row("arm", "kernel", "4x4", "double", 1, 100, "-O3", "gcc 12", 80.0, 90.0, 0.1)
@@ -170,7 +172,7 @@ def test_a_figure_is_met_by_the_ratio_or_by_a_shorter_time() -> None:
     assert replace(ROW, unit=TIME, value=0.7, asked=0.65).met is False
 
 
-@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system cannot pin")
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs os.sched_setaffinity, which Linux has")
 @pytest.mark.usefixtures("free_cores")
 def test_the_process_keeps_to_one_core() -> None:
     cores = machine.pin()

@@ -13,10 +13,10 @@ import pytest
 from kinegen.boards.programs import write_kernels
 from kinegen.boards.targets import STRICT, Target
 from kinegen.boards.toolchain import SOURCES, missing
-from kinegen.build import lower_file
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.outputs import USUAL, Quantity, parse_quantity
+from kinegen.pipeline import lower_file
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 NAMES = ("puma560", "ur5", "scara", "panda", "thumb")

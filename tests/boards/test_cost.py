@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Container, Sequence
 from pathlib import Path
 
 import pytest
 
 from kinegen.boards import cost as cost_module
-from kinegen.boards.cost import better, measure
+from kinegen.boards import programs as programs_module
+from kinegen.boards.cost import OPTIMISATIONS, _accounted_stack, better, measure
 from kinegen.boards.figures import Cost
 from kinegen.boards.programs import build_program, write_measured
 from kinegen.boards.targets import TARGETS, Target
@@ -83,6 +85,29 @@ def test_the_stack_in_use_is_the_one_that_the_compiler_accounts_for(name: str, m
     assert [cost.stack for cost in used] == [cost.stack for cost in accounted]
 
 
+@pytest.mark.boards
+@pytest.mark.parametrize("name", ["cortex-m3", "cortex-m4f", "rv32imac"])
+def test_functions_that_a_kernel_does_not_call_use_none_of_its_stack(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A source also has functions about limits; the account is that of the pose and of the pair."""
+    target = TARGETS[name]
+    require(target)
+    seen: list[dict[str, int]] = []
+
+    def account(usage: Path, called: Container[str]) -> int:
+        rows = [line.split("\t") for line in usage.read_text(encoding="utf-8").splitlines()]
+        seen.append({place.rpartition(":")[2]: int(size) for place, size, *_ in rows})
+        return _accounted_stack(usage, called)
+
+    monkeypatch.setattr(cost_module, "run_program", _no_emulator)
+    monkeypatch.setattr(cost_module, "_accounted_stack", account)
+    (cost, _) = measure(kernels("puma560", Quantity.POSE), Real.FLOAT, target)
+
+    assert {"puma560_f32_within_limits", "puma560_f32_clamp"} < seen[0].keys()
+    assert cost.stack == seen[0]["puma560_f32_fk"] + seen[0]["puma560_f32_sincos"]
+
+
 def _no_emulator(_target: Target, _program: Path) -> list[str]:
     raise MissingToolError("none")
 
@@ -110,3 +135,21 @@ def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.Monkey
 def test_a_number_type_that_a_target_lacks_is_refused() -> None:
     with pytest.raises(KinegenError, match="atmega2560 has no double of 64 bits: use --real float"):
         measure(kernels("scara", Quantity.POSE), Real.DOUBLE, TARGETS["atmega2560"])
+
+
+@pytest.mark.boards
+def test_what_surrounds_a_kernel_is_compiled_once_for_all_levels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cold build measures every kernel, and most of that time is in the compiler."""
+    compiled: list[str] = []
+    original = programs_module.compile_object
+
+    def counted(target: Target, folder: Path, source: Path, flags: Sequence[str]) -> Path:
+        compiled.append(source.name)
+        return original(target, folder, source, flags)
+
+    require(M4F)
+    monkeypatch.setattr(programs_module, "compile_object", counted)
+    measure(kernels("puma560", Quantity.POSE), Real.FLOAT, M4F)
+
+    assert compiled.count("kernels.c") == compiled.count("nothing.c") == 1
+    assert compiled.count("puma560_f32.c") == len(OPTIMISATIONS)

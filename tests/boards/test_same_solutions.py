@@ -48,7 +48,9 @@ def closed_form(folder: Path, real: Real) -> list[Path]:
     calls = (
         "real pose[16], near[6]",
         f"{stem}_fk(q, pose)",
-        f"{stem}_inverse(pose, result, result + {count})",
+        f"uint8_t valid[{BRANCHES}]",
+        f"{stem}_inverse(pose, (void *)result, valid)",
+        f"for (int i = 0; i < {BRANCHES}; i++) {{ result[{count} + i] = (real)valid[i]; }}",
         *(f"near[{joint}] = q[{joint}] + (real){3 * (-1) ** joint}" for joint in range(DOF)),
         f"result[{count + BRANCHES}] = (real){stem}_inverse_nearest(pose, near, result + {count + BRANCHES + 1})",
     )

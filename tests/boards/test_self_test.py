@@ -20,7 +20,7 @@ from kinegen.outputs import Quantity
 from kinegen.verify.vectors import compute_vectors
 from tests.boards.conftest import kernels, require
 
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc (apt install gcc)")
 
 MAIN = """
 #include "board.h"

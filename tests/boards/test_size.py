@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.boards.targets import TARGETS
 from kinegen.cli import main
+from tests.boards.conftest import require
 
 ROBOT = Path(__file__).parents[2] / "robots" / "scara.yaml"
 
@@ -43,8 +45,7 @@ def test_a_bad_file_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFi
 
 @pytest.mark.boards
 def test_the_table_has_two_rows_for_each_kernel_and_names_the_better(capsys: pytest.CaptureFixture[str]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    require(TARGETS["cortex-m4f"])
     status = main(["size", str(ROBOT), "--outputs", "pose,position"])
     lines = capsys.readouterr().out.splitlines()
 
@@ -56,9 +57,21 @@ def test_the_table_has_two_rows_for_each_kernel_and_names_the_better(capsys: pyt
 
 
 @pytest.mark.boards
+def test_entries_of_the_table_as_arguments_are_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    require(TARGETS["cortex-m4f"])
+    status = [main(["size", str(ROBOT), "--outputs", "pose", "--json", *more]) for more in ([], ["--wrt", "dh"])]
+    constant, varied = (json.loads(line) for line in capsys.readouterr().out.replace("}\n{", "}\0{").split("\0"))
+    unknown = main(["size", str(ROBOT), "--wrt", "a_nothing"])
+
+    assert status == [0, 0]
+    assert varied["costs"][0]["calls"]["most"] > 1.5 * constant["costs"][0]["calls"]["most"]
+    assert unknown == 1
+    assert "a_nothing" in capsys.readouterr().err
+
+
+@pytest.mark.boards
 def test_the_choice_among_solutions_is_measured_beside_them(capsys: pytest.CaptureFixture[str]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    require(TARGETS["cortex-m4f"])
     status = main(["size", str(ROBOT), "--outputs", "inverse", "--json"])
     costs = json.loads(capsys.readouterr().out)["costs"]
 
@@ -71,8 +84,7 @@ def test_the_choice_among_solutions_is_measured_beside_them(capsys: pytest.Captu
 
 @pytest.mark.boards
 def test_the_document_holds_everything(capsys: pytest.CaptureFixture[str]) -> None:
-    if shutil.which("avr-gcc") is None or shutil.which("simavr") is None:
-        pytest.skip("needs avr-gcc and simavr")
+    require(TARGETS["atmega2560"])
     status = main(["size", str(ROBOT), "--target", "atmega2560", "--real", "both", "--outputs", "position", "--json"])
     document = json.loads(capsys.readouterr().out)
 
@@ -96,8 +108,7 @@ def test_help_explains_the_columns(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.boards
 def test_integers_are_measured_beside_floats(capsys: pytest.CaptureFixture[str]) -> None:
-    if shutil.which("arm-none-eabi-gcc") is None or shutil.which("qemu-system-arm") is None:
-        pytest.skip("needs arm-none-eabi-gcc and qemu-system-arm")
+    require(TARGETS["cortex-m0"])
     command = ["size", str(ROBOT), "--target", "cortex-m0", "--real", "all", "--outputs", "position", "--json"]
     status = main(command)
     costs = {cost["real"]: cost for cost in json.loads(capsys.readouterr().out)["costs"]}
@@ -110,7 +121,7 @@ def test_integers_are_measured_beside_floats(capsys: pytest.CaptureFixture[str])
 @pytest.mark.boards
 def test_a_kernel_that_integers_do_not_compute_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     if shutil.which("arm-none-eabi-gcc") is None:
-        pytest.skip("needs arm-none-eabi-gcc")
+        pytest.skip("needs arm-none-eabi-gcc (apt install gcc-arm-none-eabi)")
     status = main(["size", str(ROBOT.with_name("screw.yaml")), "--real", "q30"])
     said = capsys.readouterr().err
 

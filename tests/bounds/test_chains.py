@@ -23,7 +23,7 @@ from tests.sincos.library import COMPILERS
 SEED = 20240229
 POSES = 64
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang for the sine and cosine")
+pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang for the sine and cosine (apt install gcc)")
 
 
 def kernels_of(robot: Robot, quantity: Quantity) -> Kernels:

@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.build import lower_file
 from kinegen.emit.accuracy import error_bound
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
 from kinegen.ir.program import Constant, Operand, Operator, Program, Statement, Temporary, Variable
 from kinegen.outputs import Quantity
+from kinegen.pipeline import lower_file
 from kinegen.robot.extent import joint_box
 
 ROBOT = Path(__file__).resolve().parents[2] / "robots" / "puma560.yaml"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.build import build, lower_file
 from kinegen.emit.accuracy import error_bound, two_digits
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.outputs import USUAL, Quantity
+from kinegen.pipeline import build, lower_file
 from kinegen.results import BuildOptions
 from kinegen.verify.precision import precision_notes
 

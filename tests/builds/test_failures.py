@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from kinegen import build as building
+from kinegen import pipeline as building
 from kinegen.emit.reals import Real
 from kinegen.errors import CompileError, KinegenError, ProofError, RobotFileError, WriteError
 from tests.builds.workshop import ARM, ROOT, contents, make, picture, write_robot
@@ -283,7 +283,7 @@ def test_a_full_folder_for_temporary_files_is_told(
     assert picture(earlier) == before
 
 
-STAGES = ("load", "derive", "lower", "emit_files", "build_extension", "proof_of", "write_files")
+STAGES = ("load", "derive", "lower", "bundle_of", "texts_of", "build_extension", "proof_of", "write_files")
 
 
 @pytest.mark.parametrize("stage", STAGES)

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.formats.load import load
 from kinegen.native.compiler import find_compiler
 from kinegen.native.package import load_package
 from kinegen.outputs import parse_quantity
-from kinegen.robot.load import load
 from tests.builds.workshop import make, set_machine
 from tests.robot.test_tips import FRAMES, TIPS, TREE
 

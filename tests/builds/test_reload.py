@@ -40,7 +40,7 @@ def test_a_rebuilt_package_that_is_imported_again_is_the_new_one(
     module = None
     kernels = []
     name = f"anew_{compiled}_{again.__name__}".lower()
-    for length in ("0.25", "0.75", "0.50", "0.25"):
+    for length in ("0.25", "0.75", "0.25"):
         text = ARM.replace("name: arm", f"name: {name}").replace("d: 0.25", f"d: {length}")
         make(write_robot(tmp_path, text), tmp_path, compile=compiled, quantities=QUANTITIES)
         with warnings.catch_warnings():

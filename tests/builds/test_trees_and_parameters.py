@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.formats.load import load
 from kinegen.outputs import USUAL, Quantity
 from kinegen.robot.expressions import number
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from tests.builds.workshop import ROBOTS, assemble, make, set_machine
 
@@ -218,7 +218,8 @@ print(arm.backend, [str(warning.message) for warning in caught])
 def test_what_a_build_reports_is_what_it_did(tmp_path: Path) -> None:
     result = make(ROBOTS / "puma560.yaml", tmp_path, compile=False, quantities=USUAL)
 
-    assert [stage.name for stage in result.stages] == ["load", "derive", "lower", "emit", "compile", "prove", "write"]
+    names = ["load", "derive", "lower", "vectors", "emit", "compile", "prove", "write"]
+    assert [stage.name for stage in result.stages] == names
     assert all(stage.seconds >= 0 for stage in result.stages)
     assert list(result.counts) == list(USUAL)
     assert [angle.text for angle in result.angles if angle.is_sum] == ["q2 + q3"]

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from kinegen.build import build, lower_file
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.files import stamp_of
@@ -20,6 +19,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
 from kinegen.outputs import USUAL, Quantity
+from kinegen.pipeline import build, lower_file
 from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.write import write_files
 
@@ -62,7 +62,7 @@ def set_machine(patch: pytest.MonkeyPatch, cache_home: Path) -> None:
     """A cache of these tests alone; no cross compiler to measure costs with, and no compiler named by the user."""
     patch.setenv("XDG_CACHE_HOME", str(cache_home))
     patch.delenv("CC", raising=False)
-    patch.setattr("kinegen.build.can_measure", lambda: False)
+    patch.setattr("kinegen.pipeline.can_measure", lambda: False)
 
 
 def write_robot(folder: Path, text: str = ARM, name: str = "arm.yaml") -> Path:

@@ -17,10 +17,10 @@ from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.reals import Real
+from kinegen.formats.load import loads
 from kinegen.ir.program import AngleSum, Constant, Operand, Operator, Program, Statement, Temporary, Variable
 from kinegen.naming import function
 from kinegen.outputs import Array, Kind, Quantity, Signature
-from kinegen.robot.load import loads
 from tests.functions.library import DTYPES, Functions, run
 
 DOF = 3

@@ -20,11 +20,11 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
+from kinegen.formats.load import loads
 from kinegen.ir.fixed.kinds import find_kinds
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable, count
 from kinegen.outputs import Array, Quantity, Signature
-from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.expressions import Expressions
 from tests.functions.library import COMPILERS, DTYPES, compile_functions, run

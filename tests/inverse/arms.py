@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from kinegen import reference
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.extent import joint_box
-from kinegen.robot.load import loads
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.inverse.derive import derive_inverse
 from kinegen.symbolic.inverse.family import Aim, Family
@@ -42,6 +42,12 @@ DISTAL = {
     "gantry with wrist": ["P 0 . 90", "P 0 . 90", "P a . 0", "R 0 . 90", "R 0 0 90", "R 0 c 0"],
     "UR type": ["R 0 a 90", "R -b 0 0", "R -c 0 0", "R 0 d 90", "R 0 a -90", "R 0 c 0"],
     "UR type, offset waist": ["R a . -90", "R b 0 180", "R c . 0", "R 0 d 90", "R 0 a 90", "R 0 c 30"],
+    "arm whose axes 1, 2 meet": ["R 0 . -90", "R a b 90", "R c 0 0"],
+    "axes 1, 2 meet, wrist": ["R 0 . 70", "R a b 50", "R c 0 90", "R 0 d -90", "R 0 0 90", "R 0 c 0"],
+    "axes 1, 2 meet, wrist in line": ["R 0 . -90", "R 0 b 90", "R c 0 -90", "R 0 d 90", "R 0 0 -90", "R 0 c 0"],
+    "spherical shoulder": ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R a 0 0", "R b . 60", "R 0 c 0"],
+    "Panda without joint 7": ["R 0 . -90", "R 0 0 90", "R c b 90", "R -c 0 -90", "R 0 a 90", "R d 0 90"],
+    "UR type from the tool": ["R 0 c 90", "R 0 a -90", "R c d 0", "R b 0 0", "R 0 0 -90", "R 0 a 0"],
     "AL5D type": ["R 0 . 90", "R a 0 0", "R b 0 0", "R 0 0 90", "R 0 c 0"],
     "AL5D type, offset hand": ["R 0 . 90", "R a . 0", "R b . 180", "R c . 90", "R 0 d 0"],
 }

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinegen import reference
-from kinegen.robot.load import loads
+from kinegen.formats.load import loads
 from kinegen.robot.model import Robot
 from kinegen.verify.branches import require_names
 from kinegen.verify.samples import singular_samples
@@ -31,6 +31,11 @@ NAMES = {
     "gantry with wrist": "Cartesian arm with spherical wrist",
     "UR type": "UR type: parallel axes 2, 3, 4",
     "UR type, offset waist": "UR type: parallel axes 2, 3, 4",
+    "axes 1, 2 meet, wrist": "arm whose axes 1, 2 meet, with spherical wrist",
+    "axes 1, 2 meet, wrist in line": "arm whose axes 1, 2 meet, with spherical wrist",
+    "spherical shoulder": "arm with parallel axes 4, 5 and spherical shoulder",
+    "Panda without joint 7": "arm whose axes 5, 6 meet, with spherical shoulder",
+    "UR type from the tool": "UR type: parallel axes 3, 4, 5",
     "AL5D type": "AL5D type: waist, parallel axes 2, 3, 4, roll",
     "AL5D type, offset hand": "AL5D type: waist, parallel axes 2, 3, 4, roll",
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.verify.solved import lead_back, targets_of
 

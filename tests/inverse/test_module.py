@@ -15,10 +15,10 @@ from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.errors import ProofError
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.native.package import load_package
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify import inverse as proof
@@ -137,7 +137,10 @@ def test_the_proof_counts_what_it_tried(ur5: ModuleType, monkeypatch: pytest.Mon
             "solves for targets with NaN",
         ),
         (
-            (r"np\.where\((?!t\d+ < 1000000)[^,]*, (t\d+)\.dtype\.type\(1\.0\).*", r"np.ones_like(\1)"),
+            (
+                r"np\.where\(\s*(?!t\d+ < 1000000)[^,]*, (t\d+)\.dtype\.type\(1\.0\)[^\n]*\)(?:\n    \))?(?=\n)",
+                r"np.ones_like(\1)",
+            ),
             "solves for targets out of reach",
         ),
     ],
@@ -175,6 +178,27 @@ def test_what_is_not_a_joint_vector_has_no_nearest_solution(ur5: ModuleType, val
     single, one = ur5.inverse(ur5.fk(q[1]), nearest=near[1])
     assert not one
     assert np.isnan(single).all()
+
+
+@pytest.mark.parametrize("kind", [bool, float])
+@pytest.mark.parametrize("count", [None, 3])
+def test_bound_arrays_hold_truth_values_or_numbers(ur5: ModuleType, kind: type, count: int | None) -> None:
+    poses = ur5.fk(joints(3, 4)) if count else ur5.fk(joints(3, 4))[0]
+    solutions, valid = ur5.inverse(poses)
+    found, holds = np.empty_like(solutions), np.full(valid.shape, 7).astype(kind)
+    bound = ur5.inverse.bind(poses, found, holds)
+    bound()
+
+    np.testing.assert_array_equal(holds, valid)
+    np.testing.assert_array_equal(found[valid], solutions[valid])
+    poses[..., 0, 3] = 1e6
+    bound()
+    assert not holds.any()
+    holds.flags.writeable = False
+    with pytest.raises(ValueError, match="out for valid is read-only"):
+        ur5.inverse.bind(poses, found, holds)
+    with pytest.raises(TypeError, match="out for valid is of type int64, expected bool"):
+        ur5.inverse.bind(poses, found, np.empty(valid.shape, np.int64))
 
 
 def test_out_takes_the_truth_values_that_a_call_returns(ur5: ModuleType) -> None:

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.build import lower_file
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.reals import Real
 from kinegen.outputs import Kind, Quantity
+from kinegen.pipeline import lower_file
 from tests.builds.workshop import ROBOTS, assemble, set_machine
 
 QUANTITIES = (Quantity.POSE, Quantity(Kind.INVERSE))
@@ -185,7 +185,7 @@ def test_the_start_may_be_the_result(tmp_path: Path) -> None:
 def test_of_two_solutions_equally_near_the_first_is_taken(tmp_path: Path) -> None:
     """A planar arm, its target on the axis of symmetry: elbow up and down are as far from the stretched arm."""
     library = compiled("scara", tmp_path, Real.DOUBLE)
-    target, solutions, valid = np.eye(4), np.zeros((2, 3)), np.zeros(2)
+    target, solutions, valid = np.eye(4), np.zeros((2, 3)), np.zeros(2, np.uint8)
     target[:3, 3] = 0.5, 0.0, 0.4
     arrays = [array.ctypes.data_as(ctypes.c_void_p) for array in (target, solutions, valid)]
     library.scara_inverse(*arrays)

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load, loads
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import load, loads
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.inverse.constants import constants
 from kinegen.symbolic.inverse.family import Family
@@ -88,8 +88,6 @@ def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> N
             "wrist_bend, alpha: 89.9999999",
             "axes 4 and 5 are not at right angles: off by 1.7e-09 rad",
         ),
-        ("elbow,      alpha: 0", "elbow,      alpha: 0.000001", "axes 2 and 3 are not parallel: off by 1.7e-08 rad"),
-        ("elbow,      alpha: 0", "elbow,      alpha: 0.01", "axes 2 and 3 are not parallel: they are at 0.01 deg"),
         ("shoulder,   alpha: -90", "shoulder,   alpha: 0", "axes 1 and 2 are parallel"),
     ],
 )
@@ -103,6 +101,26 @@ def test_conditions_are_exact(old: str, new: str, reason: str | None) -> None:
     else:
         assert isinstance(found, Unknown)
         assert any(reason in line for line in found.reasons)
+
+
+@pytest.mark.parametrize(
+    ("angle", "reason"),
+    [
+        ("0.000001", "axes 2 and 3 are not parallel: off by 1.7e-08 rad"),
+        ("0.01", "axes 2 and 3 are not parallel: they are at 0.01 deg"),
+    ],
+)
+def test_axes_2_and_3_are_parallel_or_axes_1_and_2_meet(angle: str, reason: str) -> None:
+    text = (ROBOTS / "kr5.yaml").read_text(encoding="utf-8")
+    bent = text.replace("a: a2, alpha: 0", f"a: a2, alpha: {angle}")
+
+    offset, meeting = (recognise(loads(each, "kr5.yaml")) for each in (bent, bent.replace("a1: 0.18", "a1: 0")))
+
+    assert isinstance(offset, Unknown)
+    assert any("axes 1 and 2 do not meet: they pass at 0.18" in line for line in offset.reasons)
+    assert any(reason in line for line in offset.reasons)
+    assert isinstance(meeting, Family)
+    assert meeting.name == "arm whose axes 1, 2 meet, with spherical wrist"
 
 
 def test_both_tables_of_the_puma_have_the_same_constants() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from kinegen import reference
+from kinegen.formats.load import load
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.load import load
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.places import boundaries
 from kinegen.symbolic.inverse.thresholds import thresholds_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from kinegen import reference
-from kinegen.robot.load import load, loads
+from kinegen.formats.load import load, loads
 from kinegen.symbolic.inverse.places import alignments, boundaries
 from tests.inverse.arms import Arm, Floats, arm_of, distances, errors, evaluate, joint_vectors
 
@@ -42,6 +42,29 @@ def test_with_the_wrist_in_line_joint_4_stands_at_zero_and_joint_6_takes_the_sum
     straight = chosen[:, 3] == 0  # and flipped, half a turn from there
     assert (np.abs(chosen[~straight, 3]) == np.pi).all()
     np.testing.assert_allclose(np.exp(1j * sums[straight]), 1, atol=1e-9)
+
+
+@pytest.mark.parametrize("bend", [0.0, np.pi])
+@pytest.mark.parametrize("limits", ["[-100, 100]", "[-30, 80]", "[100, 200]", "[-170, 170]"])
+@pytest.mark.parametrize("sign", ["q", "-q"])
+def test_with_the_wrist_in_line_joint_6_keeps_its_limits(bend: float, limits: str, sign: str) -> None:
+    """Joint 4 alone, or joint 6 alone, could not always make the sum of the two."""
+    text = (ROBOTS / "puma560.yaml").read_text(encoding="utf-8")
+    text = text.replace("theta: q, limits: [-110, 170]", "theta: q").replace(
+        "theta: q, limits: [-100, 100]", "theta: q"
+    )
+    text = text.replace(
+        "alpha: -90, a: 0,  d: 0,  theta: q}", f"alpha: -90, a: 0, d: 0, theta: {sign}, limits: {limits}}}"
+    )
+    narrow = arm_of(loads(text, "puma560.yaml"))
+    q = joint_vectors(narrow.robot, 300, 4)
+    q[:, 4] = bend
+    targets = reference.pose(narrow.robot, q)[:, 0]
+    solutions, valid = evaluate(narrow, targets)
+
+    assert limits in text
+    assert (valid != 0).any(axis=1).all()
+    assert errors(narrow, solutions, targets)[valid != 0].max() < 1e-9
 
 
 def test_a_point_on_the_axis_of_the_waist_is_reached_with_joint_1_at_zero() -> None:

@@ -9,10 +9,10 @@ from types import ModuleType
 
 import pytest
 
-from kinegen.build import build
 from kinegen.native.flags import Flags
 from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions
 from tests.builds.workshop import ROBOTS, set_machine
 
@@ -20,14 +20,14 @@ Packages = Callable[[str, str], ModuleType]
 
 
 @pytest.fixture(scope="session")
-def package(tmp_path_factory: pytest.TempPathFactory) -> Packages:
+def package(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Packages:
     """A package of a robot of `robots/` by its name and backend, `c` or `numpy`."""
 
     @cache
     def made(name: str, backend: str) -> ModuleType:
         folder = tmp_path_factory.mktemp(f"{name}_{backend}")
         with pytest.MonkeyPatch.context() as patch:
-            set_machine(patch, folder / "cache")
+            set_machine(patch, cache_home)
             options = BuildOptions(
                 output=folder,
                 quantities=(Quantity.POSE, NUMERIC_INVERSE),

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from tests.builds.workshop import ROBOTS
 
 Floats = NDArray[np.float64]

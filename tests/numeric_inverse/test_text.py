@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from kinegen.build import lower_file
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 from kinegen.emit.reals import Real
+from kinegen.emit.search import TUNING
 from kinegen.errors import KinegenError
+from kinegen.native.runtime import _search
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
+from kinegen.pipeline import lower_file
 from tests.builds.workshop import ROBOTS
 from tests.emit.emitted import COMPILERS, STRICT, run
 
@@ -83,3 +86,13 @@ def test_it_brings_the_kernel_it_needs_once() -> None:
     assert with_needed((NUMERIC_INVERSE,)) == (POSE_AND_JACOBIAN,)
     assert with_needed((POSE_AND_JACOBIAN, NUMERIC_INVERSE)) == (POSE_AND_JACOBIAN,)
     assert parse_quantity("numeric_inverse") == NUMERIC_INVERSE
+
+
+def test_the_numpy_form_searches_with_the_same_numbers() -> None:
+    named = _search._ITERATIONS, _search._STALL, _search._SAMPLES, _search._MOST_SAMPLES
+    text = Path(_search.__file__).read_text(encoding="utf-8")
+    written = {node.value for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant)}
+    others = (TUNING.margin, TUNING.damping, TUNING.longest_step, TUNING.huge, TUNING.farthest, *TUNING.rigid.values())
+
+    assert named == (TUNING.iterations, TUNING.stall, TUNING.samples, TUNING.most_samples)
+    assert {float(number) for number in (*others, TUNING.least_damping[Real.DOUBLE])} <= written

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,23 +29,31 @@ UNITS = {"m": 1, "mm": 1000}
 COUNT = 200
 
 
-@pytest.mark.parametrize("compiled", [True, False], ids=["c", "numpy"])
+@pytest.fixture(scope="module", params=["c", "numpy"])
+def cranes(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
+    """The crane in both units, proven at a few targets."""
+    folder, found = tmp_path_factory.mktemp("cranes"), {}
+    with pytest.MonkeyPatch.context() as patch:
+        set_machine(patch, folder / "cache")
+        patch.setattr(proof, "TARGETS", 60)
+        for unit, scale in UNITS.items():
+            text = CRANE.format(name=f"crane_{unit}", unit=unit, tower=3 * scale, boom=6 * scale)
+            path = write_robot(folder, text, f"crane_{unit}.yaml")
+            quantities = (Quantity.POSE, NUMERIC_INVERSE)
+            found[unit] = load_package(
+                make(path, folder / unit, quantities=quantities, compile=request.param == "c").folder
+            )
+    return found
+
+
 @pytest.mark.parametrize("real", [np.float64, np.float32])
-def test_an_arm_with_a_slide_is_solved_alike_in_m_and_in_mm(
-    compiled: bool, real: type, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    set_machine(monkeypatch, tmp_path / "cache")
-    monkeypatch.setattr(proof, "TARGETS", 60)
+def test_an_arm_with_a_slide_is_solved_alike_in_m_and_in_mm(real: type, cranes: dict[str, Any]) -> None:
     low, high = np.array([(-3.1, 3.1), (-0.15, 1.3), (-2.5, -0.1), (0.1, 2.9), (-3.1, 3.1)]).T
     drawn = np.random.default_rng(3).uniform(low, high, (2, COUNT, 5))
     found = {}
     for unit, scale in UNITS.items():
-        text = CRANE.format(name=f"crane_{unit}", unit=unit, tower=3 * scale, boom=6 * scale)
-        path = write_robot(tmp_path, text, f"crane_{unit}.yaml")
-        quantities = (Quantity.POSE, NUMERIC_INVERSE)
-        crane = load_package(make(path, tmp_path / unit, quantities=quantities, compile=compiled).folder)
         q, start = drawn * [1, 1, 1, scale, 1]
-        search = crane.numeric_inverse
+        search = cranes[unit].numeric_inverse
         result = search(search.kernel(q)[0].astype(real), start, tolerances=(1e-4 * scale, 1e-4))
         found[scale] = (result.solved, result.iterations, result.q / [1, 1, 1, scale, 1])
     (solved, steps, q), (other_solved, other_steps, other_q) = found.values()

@@ -8,10 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.outputs import Kind, parse_quantity
 from kinegen.reference import Kinematics, Orientation
-from kinegen.robot.load import loads
 from kinegen.symbolic.derive import derive
 from tests.evaluation import run
 

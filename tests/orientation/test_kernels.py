@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
+from kinegen.formats.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
 from kinegen.outputs import Kind, Quantity
 from kinegen.reference import Kinematics, Orientation, pose
 from kinegen.reference import rotations as rotations_of
-from kinegen.robot.load import load
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.orientation import FORMS, JACOBIANS

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
+from kinegen.formats.load import loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import loads
 from kinegen.symbolic.se3 import SIGNATURES, derive_se3
 from tests.orientation.rotations import Floats, rotations, ry, rz, skew
 

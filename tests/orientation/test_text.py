@@ -6,8 +6,8 @@ import pytest
 
 from kinegen.emit.words import brief, result_text
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load
 from kinegen.outputs import Kind, Quantity, Signature, parse_quantity
-from kinegen.robot.load import load
 from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation
 
 

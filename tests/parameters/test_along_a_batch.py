@@ -164,6 +164,27 @@ def test_an_inverse_takes_parameters_for_each_target(arm: ModuleType) -> None:
     )
 
 
+@pytest.mark.parametrize("real", REALS)
+def test_nearest_broadcasts_with_targets_and_parameters(arm: ModuleType, real: Any) -> None:
+    """Leading axes (2, 1, 41) of parameters, (3, 1) of targets and (41,) of joint vectors, each way alone and all."""
+    q, params = sample(arm, real)
+    targets = arm.fk(q[:3], params=own(arm, params, 0))[:, None]
+    near = (q + real(0.01)).astype(real)
+    varied = arm.Params(a1=np.stack([params.a1, params.a1[::-1]])[:, None], a2=float(params.a2), lean=params.lean)
+    found, exists = arm.inverse(targets, nearest=near, params=varied)
+
+    assert (found.shape, exists.shape) == ((2, 3, COUNT, 4), (2, 3, COUNT))
+    assert (found.dtype, exists.dtype) == (real, bool)
+    assert exists.any()
+    for which, target, row in np.ndindex(2, 3, COUNT):
+        alone = arm.Params(float(varied.a1[which, 0, row]), float(varied.a2), float(varied.lean[row]))
+        one, is_there = arm.inverse(targets[target, 0], nearest=near[row], params=alone)
+        assert is_there == exists[which, target, row]
+        assert same(arm, found[which, target, row], one)
+    with pytest.raises(ValueError, match=r"^inverse: nearest has shape \(7, 4\), expected \(2, 3, 41, 4\) or "):
+        arm.inverse(targets, nearest=near[:7], params=varied)
+
+
 REFUSED = {
     "shapes that do not fit": (
         {"a1": np.ones(5)},

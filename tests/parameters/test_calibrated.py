@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from kinegen import reference
 from kinegen.errors import KinegenError
+from kinegen.formats.load import loads
 from kinegen.outputs import parse_quantity
 from kinegen.robot.calibrated import DH, calibrated
+from kinegen.robot.dimension import Dimension
+from kinegen.robot.entries import ROW_ENTRIES
 from kinegen.robot.expressions import number
-from kinegen.robot.keys import ROW_ENTRIES
-from kinegen.robot.load import loads
-from kinegen.robot.model import Dimension, JointType, Robot
+from kinegen.robot.model import JointType, Robot
 from tests.builds.workshop import make, write_robot
 from tests.chains import robots
 

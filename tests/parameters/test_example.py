@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kinegen import reference
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 
 ROOT = Path(__file__).resolve().parents[2]
 

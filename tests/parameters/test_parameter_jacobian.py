@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from kinegen import reference
 from kinegen.errors import KinegenError
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program, count
 from kinegen.outputs import Kind, Quantity
 from kinegen.robot.calibrated import DH, calibrated
-from kinegen.robot.keys import ROW_ENTRIES
-from kinegen.robot.load import load, loads
+from kinegen.robot.entries import ROW_ENTRIES
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from tests.chains import robots

@@ -196,9 +196,10 @@ are limits of the file or assumed, and the command that was run. There are two c
 
 - `finite`, for functions without branches (poses, positions, Jacobians, velocities): for all inputs in the ranges there
   is no run-time error, no operation gives an infinity or a NaN, and all results are finite.
-- `defined`, for functions with square roots, arc tangents or selections (`inverse`, orientations, some actuators,
-  `within_limits`, `clamp`): for any inputs, NaN and infinities included, there is no run-time error, and all results
-  are set. A result may be NaN. `clamp` also gives values within the limits, or NaN; `within_limits` gives 0 or 1.
+- `defined`, for functions with square roots, arc tangents or selections (`inverse`, `inverse_nearest`, orientations,
+  some actuators, `within_limits`, `clamp`): for any inputs, NaN and infinities included, there is no run-time error,
+  and all results are set. A result may be NaN. `clamp` also gives values within the limits, or NaN; `within_limits` and
+  `inverse_nearest` return 0 or 1.
 
 `-o evidence` keeps in `evidence/NAME` the report as text and JSON, and for each function its program, the C files, the
 command and all that Frama-C said, so that the analysis can be repeated without kinegen. The exit status is 0 if all

@@ -44,7 +44,7 @@ def test_roots_arc_tangents_and_limits_take_any_number(real: str, capsys: pytest
     status, found = proved(capsys, "puma560", "--real", real, "--outputs", outputs)
 
     assert status == 0
-    for output in (*outputs.split(","), "within_limits", "clamp"):
+    for output in (*outputs.split(","), "inverse_nearest", "within_limits", "clamp"):
         assert (found[output]["claim"], found[output]["alarms"], found[output]["ranges"]) == ("defined", 0, [])
 
 

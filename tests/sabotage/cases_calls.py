@@ -34,7 +34,7 @@ _RUNTIME = (
     ("a long batch is cut wrong", "_threads.py", r"array\[start : start \+ step\]",
      "array[start - (start > 0) : start - (start > 0) + step]"),
     ("out= is not written", "_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(other := out.copy()), 0)"),
-    ("bound arrays are copied", "_engines.py", r"from_buffer\(items, array\)", "from_buffer(items, array.copy())"),
+    ("bound arrays are copied", "_engines.py", r"from_buffer\(items\[array\.dtype\], array\)", "from_buffer(items[array.dtype], array.copy())"),
     ("the copy of other types is turned round", "_engines.py", r'np\.array\(array, real, order="C"\)',
      'np.array(array[..., ::-1], real, order="C")'),
     ("results of the copy are not brought back", "_engines.py", r"array\[\.\.\.\] = buffer", "array[...] = 0"),
@@ -61,6 +61,20 @@ _PARAMS = (
      "array.reshape(-1)[::-1] for array in", ""),
     ("one parameter for all configurations", "_kernel.py", r"np\.broadcast_to\(array, lead\) for",
      "np.broadcast_to(array.ravel()[:1], lead) for", ""),
+)  # fmt: skip
+
+_INVERSES = (
+    ("parameters of a choice stay those of the first block", "pose,inverse", "flat_arm_batch.c",
+     r"params \+ first \* params_stride, params_stride", "params, params_stride", "inverse_nearest_batch(",
+     "nearest inverse gives another"),
+    ("solutions take the parameters of the first tile", "pose,inverse", "flat_arm_batch.c",
+     r"params \+ first \* params_stride", "params", "void flat_arm_inverse_batch(", "inverse gives another"),
+    ("parameters of all parts of a search are those of the first", "pose,numeric_inverse", "_numeric_inverse.py",
+     r"self\.params\[first:last\]", "self.params[: last - first]", "", "with one set for all|of its own parameters"),
+    ("a search takes one set for all", "pose,numeric_inverse", "_numeric_inverse.py",
+     r'ffi\.from_buffer\(item, params\), 1', "ffi.from_buffer(item, params), 0", "", "of its own parameters"),
+    ("a search in NumPy takes the first set", "pose,numeric_inverse", "_numeric_inverse.py",
+     r"task\.params\[0\]\.tolist\(\)", "whole.params[0].tolist()", "", "of its own parameters"),
 )  # fmt: skip
 
 _OTHERS = (
@@ -115,6 +129,21 @@ CASES = (
     *(
         Sabotage(f"calls: {name}", "calibrated_2r", "pose", file, old, new, real="both", after=after)
         for name, file, old, new, after in _PARAMS
+    ),
+    *(
+        Sabotage(
+            f"calls: {name}",
+            "flat_arm",
+            outputs,
+            file,
+            old,
+            new,
+            real="double",
+            options=("--wrt=a_shoulder,a_elbow",),
+            after=after,
+            message=message,
+        )
+        for name, outputs, file, old, new, after, message in _INVERSES
     ),
     *(
         Sabotage(f"calls: {name}", robot, outputs, file, old, new, real=real)

@@ -52,7 +52,7 @@ MISSES, BREAKS = "misses the joint vectors", "that break a limit"
 CASES = (
     # Solutions that are not there.
     _inverse(
-        "float is never valid", SINGLE, r"valid\[(\d)\] = t\d+;", r"valid[\1] = 0.0F;", MISSES, real="float", count=2
+        "float is never valid", SINGLE, r"valid\[(\d)\] = t\d+;", r"valid[\1] = 0U;", MISSES, real="float", count=2
     ),
     _inverse(
         "float batch is never valid",
@@ -64,8 +64,8 @@ CASES = (
         count=2,
         after=TILE,
     ),
-    _inverse("float loses a branch", SINGLE, r"valid\[1\] = t\d+;", "valid[1] = 0.0F;", MISSES, real="float"),
-    _inverse("double loses a branch", DOUBLE, r"valid\[0\] = t\d+;", "valid[0] = 0.0;", MISSES),
+    _inverse("float loses a branch", SINGLE, r"valid\[1\] = t\d+;", "valid[1] = 0U;", MISSES, real="float"),
+    _inverse("double loses a branch", DOUBLE, r"valid\[0\] = t\d+;", "valid[0] = 0U;", MISSES),
     _inverse(
         "NumPy loses a branch in float",
         "_numpy.py",
@@ -103,13 +103,13 @@ CASES = (
     _inverse("limits are a hundredth too wide", DOUBLE, r"2\.79252\d+", "2.8025", BREAKS, count=2),
     # Solutions that cannot be.
     _inverse(
-        "scalar solves beyond reach", DOUBLE, r"\(t70 < t74\) \? 1\.0 : 0\.0", "1.0", "out of reach|differs|not finite"
+        "scalar solves beyond reach", DOUBLE, r"\(t70 < t74\) \? 1U : 0U", "1U", "out of reach|differs|not finite"
     ),
     _inverse(
         "float solves beyond reach",
         SINGLE,
-        r"\(t70 < t74\) \? 1\.0F : 0\.0F",
-        "1.0F",
+        r"\(t70 < t74\) \? 1U : 0U",
+        "1U",
         "out of reach|differs|not finite",
         real="float",
     ),
@@ -147,22 +147,26 @@ CASES = (
         "an infinite position is solved",
         DOUBLE,
         r"valid\[1\] = t\d+;",
-        "valid[1] = (t4 > 1e300) ? 1.0 : t120;",
+        "valid[1] = (t4 > 1e300) ? 1U : t120;",
         "with an infinity",
     ),
     # What solutions are.
     _inverse(
         "the elbow is off by 1e-4 in float",
         SINGLE,
-        r"solutions\[1\] = t94;",
-        "solutions[1] = t94 + 1e-4F;",
+        r"solutions\[0\]\[1\] = t94;",
+        "solutions[0][1] = t94 + 1e-4F;",
         "differs",
         real="float",
     ),
     _inverse(
-        "a whole turn too many", DOUBLE, r"solutions\[0\] = t90;", "solutions[0] = t90 + 6.283185307179586;", BREAKS
+        "a whole turn too many",
+        DOUBLE,
+        r"solutions\[0\]\[0\] = t90;",
+        "solutions[0][0] = t90 + 6.283185307179586;",
+        BREAKS,
     ),
-    _inverse("branches in the other order", DOUBLE, r"solutions\[(\d)\]", r"solutions[(\1 + 3) % 6]", "", count=6),
+    _inverse("branches in the other order", DOUBLE, r"solutions\[(\d)\]\[", r"solutions[1 - \1][", "", count=6),
     _inverse(
         "names of branches exchanged",
         "__init__.py",
@@ -172,6 +176,40 @@ CASES = (
         after="BRANCHES",
     ),
     # The nearest solution.
+    # Self-tests that do not look at the choice.
+    _nearest(
+        "a self-test that accepts any choice",
+        f"{ARM}_selftest.c",
+        r"worst = flat_arm_worst_part\(worst, chosen[^;]*;",
+        "(void)extents;",
+        "passes with number 0 of inverse_nearest wrong",
+        after="_choice(",
+    ),
+    _nearest(
+        "a self-test of floats that forgets the choice",
+        f"{ARM}_f32_selftest.c",
+        r"nearest = apart;",
+        "nearest = nearest;",
+        "passes with number 0 of inverse_nearest wrong",
+        real="float",
+        after="_selftest_inverse(void)",
+    ),
+    _nearest(
+        "a self-test that takes what is too far away",
+        f"{ARM}_selftest.c",
+        r"== 0\) \? worst : -1\.0",
+        "== 0) ? worst : worst",
+        "passes with number 0 of inverse_nearest wrong",
+        after="_choice(",
+    ),
+    _nearest(
+        "a self-test that takes numbers for nothing",
+        f"{ARM}_selftest.c",
+        r"is_number \? -1\.0",
+        "is_number ? worst",
+        "passes with number 0 of inverse_nearest wrong",
+        after="_choice(",
+    ),
     _nearest("a turn too many", DOUBLE, r"= within \* turn", "= (within + 1.0) * turn", "is nearer", after="_turned("),
     _nearest("no whole turns", DOUBLE, r"= within \* turn", "= 0.0 * turn", "is nearer", after="_turned("),
     _nearest(
@@ -217,8 +255,8 @@ CASES = (
     _nearest(
         "takes what is not valid",
         DOUBLE,
-        r"valid\[branch\] > 0\.0",
-        "valid[branch] >= 0.0",
+        r"valid\[branch\] != 0U",
+        "valid[branch] <= 1U",
         "find what is valid|breaks a limit",
     ),
     _nearest("one is always found", DOUBLE, r"return serves;", "return 1;", "does not find what is valid"),

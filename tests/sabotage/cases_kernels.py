@@ -82,6 +82,10 @@ _ROUTINES = (
     ("the guard of the range in the batch", "puma560_batch.c", r"1\.7976931348623158e\+303", "1.7e+303", "double"),
     ("no guard of the range in NumPy", "_numpy.py", r"np\.where\(np\.abs\(angle\) <= limit, angle, .*?\)\)", "angle",
      "double"),
+    ("a coefficient that NumPy takes on request", "_numpy.py", r"0\.0013888888888874478", "0.0013888888888",
+     "double"),
+    ("a coefficient of floats that NumPy takes on request", "_numpy.py", r"0\.0416666456", "0.04166",
+     "float"),
     ("another range in NumPy", "_numpy.py", r"else 100000\.0", "else 1000000.0", "double"),
     ("another range of float32 in NumPy", "_numpy.py", r"limit = 12000\.0", "limit = 13000.0", "float"),
 )  # fmt: skip

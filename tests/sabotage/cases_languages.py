@@ -46,15 +46,78 @@ _PARAMETERS = (
 OPTION = ("--languages=javascript",)
 
 
+def _cpp(name: str, robot: str, outputs: str, old: str, new: str, after: str = "") -> Sabotage:
+    errors, options = (CompileError, ProofError), ("--languages=cpp",)
+    return Sabotage(
+        f"C++: {name}", robot, outputs, f"cpp/{robot}.hpp", old, new, "double", options, after=after, errors=errors
+    )
+
+
 def _case(name: str, robot: str, outputs: str, old: str, new: str, after: str = "") -> Sabotage:
     errors = (CompileError, ProofError)
     file = f"javascript/{robot}.js"
     return Sabotage(f"JavaScript: {name}", robot, outputs, file, old, new, "double", OPTION, after=after, errors=errors)
 
 
+_CPP = "constexpr void fk(const Real* __restrict"
+_CPP_POSE = (
+    ("a sign", r" \+ t", " - t", _CPP),
+    ("two entries exchanged", r"base_T_tool\[3\] = (\w+);(.*?)base_T_tool\[7\] = (\w+);",
+     r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;", _CPP),
+    ("a length 1e-12 off", r"Real\(0\.4318\)", "Real(0.431800000001)", _CPP),
+    ("a length of floats alone", r"Real\(0\.4318\)", "either<Real>(0.4318, 0.431801F)", _CPP),
+    ("a term that is missing", r"= (\w+) \+ \w+;", r"= \1;", _CPP),
+    ("the last row of a matrix", r"base_T_tool\[15\] = Real\(1\.0\)", "base_T_tool[15] = Real(2.0)", _CPP),
+    ("a strip by a selection", r"base_T_tool\[3\] = (\w+);", r"base_T_tool[3] = q[1] < Real(-1) ? \1 : \1;", _CPP),
+    ("a coefficient in its last digit", r"0\.1666666666666663", "0.16666666666666627", "Pair<double> sincos("),
+    ("a coefficient of floats", r"(s1 = \w+ [-+] 0\.1666\d+)\dF", r"\g<1>9F", "Pair<float> sincos("),
+    ("a batch one place off", r"i \* 16\)", "i * 15)", "constexpr void fk_batch("),
+    ("a view one place off", r"q\.data\(\)", "q.data() + 1", "constexpr void fk(View<"),
+    ("a batch that forgets its last configuration", r"i < n;", "i + 1 < n;", "constexpr void fk_batch("),
+    ("the name of a function", r"constexpr Tensor<Real, 4, 4> fk\(", "constexpr Tensor<Real, 4, 4> pose(", ""),
+    ("a limit of a joint", r"either<Real>\(-2\.7925268031909276", "either<Real>(-2.7926", "limits_low{"),
+    ("limits that are too many", r"q\[i\] >= limits_low", "q[i] > limits_low", ""),
+    ("names of joints exchanged", r'"waist", "shoulder"', '"shoulder", "waist"', ""),
+    ("an enumerator of another joint", r"waist = 0,\n    shoulder = 1", r"waist = 1,\n    shoulder = 0", ""),
+    ("another number of joints", r"dof = 6", "dof = 7", ""),
+    ("the digest of another robot", r"model = 0x(\w)\w", r"model = 0x\1\1", ""),
+    ("a warning of the compiler", r"constexpr std::size_t dof = 6", "constexpr int dof = 6", ""),
+)  # fmt: skip
+_CPP_INVERSE = (
+    ("a branch with another sign", r"solutions\[7\] = (\w+);", r"solutions[7] = -\1;"),
+    ("a branch that is always valid", r"valid\[1\] = \w+;", "valid[1] = true;"),
+    ("names of branches exchanged", r"\"([^\"]*elbow up[^\"]*)\", \"([^\"]*)\"", r'"\2", "\1"'),
+    ("the farthest solution", r"sum < least", "sum > least"),
+    ("a turn that is forgotten", r"within \* joint\.turn", "within * Real(0.0)"),
+    ("a root in its last digits", r"half_r = r \* 0\.5;", "half_r = r * 0.25;"),
+    ("a coefficient of the arc tangent", r"0\.19999999999957793", "0.1999999999995779"),
+)
+_CPP_PARAMETERS = (
+    ("a parameter that is ignored", r"params\.(\w+)", r"Params<Real>{}.\1", _CPP),
+    ("a default of a parameter", r"struct Params \{\n    Real \w+ = Real\(", r"\g<0>1e-9 + ", ""),
+)
+
+
+_WASM = (
+    ("a sign", r" \+ t", " - t", "puma560_fk_tile("),
+    ("a length 1e-12 off", r"0\.4318", "0.431800000001", ""),
+    ("a coefficient", r"0\.1666666666666663", "0.16666666666666627", ""),
+)
+
+
+def _wasm(name: str, old: str, new: str, after: str) -> Sabotage:
+    file, errors = "javascript/wasm/puma560_batch.c", (CompileError,)
+    title = f"WebAssembly: {name}"
+    return Sabotage(title, "puma560", "pose", file, old, new, "double", OPTION, after=after, errors=errors)
+
+
 CASES = (
+    *(_wasm(*each) for each in _WASM),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _POSE),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _TABLES),
     *(_case(name, "puma560", "inverse", *rest) for name, *rest in _INVERSE),
     *(_case(name, "calibrated_2r", "pose", *rest) for name, *rest in _PARAMETERS),
+    *(_cpp(name, "puma560", "pose", *rest) for name, *rest in _CPP_POSE),
+    *(_cpp(name, "puma560", "inverse", *rest) for name, *rest in _CPP_INVERSE),
+    *(_cpp(name, "calibrated_2r", "pose", *rest) for name, *rest in _CPP_PARAMETERS),
 )

@@ -96,6 +96,27 @@ _INTEGER_FILES = (
     ),
     ("last rows that nobody looks at", "scara_q30_selftest.c", r"entry < 16", "entry < 12", ""),
     ("a tolerance that accepts all", "scara_q30_vectors.h", r"(#else\n#define \w+_TOLERANCE) \d+u", r"\1 100000u", ""),
+    (
+        "a tolerance for boards that accepts all",
+        "scara_q30_vectors.h",
+        r"(SINCOS\n#define \w+_TOLERANCE) \d+u",
+        r"\1 300000u",
+        "",
+    ),
+    (
+        "a tolerance for boards that accepts too little",
+        "scara_q30_vectors.h",
+        r"(SINCOS\n#define \w+_TOLERANCE) (\d+)\du",
+        r"\1 \2u",
+        "",
+    ),
+    (
+        "a macro for boards that nobody reads",
+        "scara_q30.c",
+        r"#ifndef KINEGEN_SCARA_Q30_SINCOS",
+        "#undef KINEGEN_SCARA_Q30_SINCOS\n#ifndef KINEGEN_SCARA_Q30_SINCOS",
+        "",
+    ),
     ("a vector", "scara_q30_vectors.h", r"\{(-?\d{4})", r"{1\1", "_fk_expected"),
 )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.emit.languages import LANGUAGES
 from kinegen.errors import KinegenError
 from tests.sabotage.case import Sabotage, Setting
 from tests.sabotage.workshop import attempt
@@ -31,8 +32,9 @@ def _tools(request: pytest.FixtureRequest) -> None:
     """What runs a language is needed to refuse it."""
     given = request.node.callspec.params if hasattr(request.node, "callspec") else {}
     words = " ".join(map(str, (given.get("setting"), getattr(given.get("case"), "setting", ""))))
-    if "--languages=javascript" in words and shutil.which("node") is None:
-        pytest.skip("needs Node.js (Debian: apt-get install nodejs)")
+    for language in LANGUAGES.values():
+        if f"--languages={language.name}" in words and not any(map(shutil.which, language.tools)):
+            pytest.skip(f"needs {language.install}")
 
 
 @pytest.mark.parametrize("setting", dict.fromkeys(case.setting for case in CASES), ids=str)

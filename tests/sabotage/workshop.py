@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 
-from kinegen import build as builds
-from kinegen.build import build
+from kinegen import pipeline as builds
+from kinegen import texts
 from kinegen.cli import main
 from kinegen.emit.files import Emitted, stamp_of
 from kinegen.emit.reals import Real
 from kinegen.native.flags import Flags
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions, Stage
 from tests.sabotage.case import Sabotage, Setting
 
@@ -57,18 +58,18 @@ def attempt(setting: Setting, output: Path, case: Sabotage | None = None) -> Non
 @contextmanager
 def _emitting(made: _Made, alter: Callable[[Mapping[str, str]], dict[str, str]]) -> Iterator[None]:
     """Let the build find its text made before, and altered."""
-    project, language = builds.emit_project, builds.emit_languages
+    project, language = texts.emit_project, texts.emit_languages
 
     def files(*_: object) -> Emitted:
         return restamped(made.emitted, alter(made.emitted.files))
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(builds, "_programs", lambda *_: made.programs)
-        patch.setattr(builds, "compute_vectors", lambda *_: made.vectors)
-        patch.setattr(builds, "emit_files", files)
-        patch.setattr(builds, "emit_integers", lambda _: replace(made.integers, files=alter(made.integers.files)))
-        patch.setattr(builds, "emit_project", lambda *given: alter(project(*given)))
-        patch.setattr(builds, "emit_languages", lambda *given: alter(language(*given)))
+        patch.setattr(builds, "bundle_of", lambda *_, **__: made.bundle)
+        patch.setattr(texts, "emit_files", files)
+        patch.setattr(texts, "emit_integers", lambda *_: alter(made.integers))
+        patch.setattr(texts, "emit_project", lambda *given: alter(project(*given)))
+        patch.setattr(texts, "emit_languages", lambda *given: alter(language(*given)))
         patch.setattr(builds, "can_measure", lambda: False)
         yield
 
@@ -89,19 +90,22 @@ class _Made:
 
     @cached_property
     def programs(self) -> Any:
-        return builds._programs(self.path, self.options, builds._Clock(self.path, lambda _: None))
+        clock = builds._Clock(self.path, lambda _: None)
+        robot = builds._load(self.path, self.options.wrt)
+        return builds._programs(robot, self.options.quantities, clock, builds.derive_plain)
 
     @cached_property
-    def vectors(self) -> Any:
-        return builds.compute_vectors(self.programs[0])
+    def bundle(self) -> texts.Bundle:
+        return texts.bundle_of(self.programs[0], integers=self.options.integers)
 
     @cached_property
     def emitted(self) -> Emitted:
-        return builds.emit_files(self.programs[0], self.options.reals, self.vectors)
+        return texts.emit_files(self.programs[0], self.options.reals, self.bundle.vectors)
 
     @cached_property
-    def integers(self) -> Any:
-        return builds.emit_integers(self.programs[0])
+    def integers(self) -> Mapping[str, str]:
+        assert self.bundle.integers
+        return texts.emit_integers(self.programs[0], self.bundle.integers)
 
     def make_all(self) -> None:
         """Make every part now, before anything is exchanged."""

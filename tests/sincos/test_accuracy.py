@@ -76,13 +76,14 @@ def test_doubles_near_odd_multiples_of_a_quarter_pi_are_within_the_bound(doubles
 
 
 @pytest.mark.parametrize("contraction", CONTRACTION)
-def test_every_float_is_within_the_bound(tmp_path: Path, contraction: str) -> None:
-    """All floats of both signs: error, symmetry, and no result above one."""
+@pytest.mark.parametrize("step", [61, pytest.param(1, marks=pytest.mark.long)])
+def test_every_float_is_within_the_bound(tmp_path: Path, contraction: str, step: int) -> None:
+    """All floats of both signs, but for tiny ones in steps: error, symmetry, and no result above one."""
     both = source(Real.DOUBLE) + source(Real.FLOAT, prefix="kg_f32")
     (tmp_path / "sincos.h").write_text(both, encoding="utf-8")
     flags = ("-std=c99", "-O3", "-march=native", f"-ffp-contract={contraction}", "-I", tmp_path)
     run([COMPILERS[0], *flags, HERE / "every_float.c", "-o", tmp_path / "every_float"])
-    worst, wrong = run([tmp_path / "every_float"]).split()
+    worst, wrong = run([tmp_path / "every_float", str(step)]).split()
 
     assert wrong == "0"
     assert 5e-8 < float(worst) < SINCOS[Real.FLOAT].absolute_error

@@ -19,11 +19,11 @@ from hypothesis import given, settings
 
 from kinegen import reference
 from kinegen.emit.reals import Real
+from kinegen.formats.load import loads
 from kinegen.native.package import load_package
 from kinegen.outputs import Reference, parse_quantity
 from kinegen.reference import Kinematics
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.load import loads
 from kinegen.robot.model import Robot
 from tests.builds.workshop import make, write_robot
 from tests.chains import robots

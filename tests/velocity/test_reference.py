@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 
 from kinegen import reference
+from kinegen.formats.load import load, loads
 from kinegen.outputs import Reference
 from kinegen.reference import Kinematics
 from kinegen.reference.chain import chain, values_of
 from kinegen.reference.differences import Differences
 from kinegen.reference.numbers import FLOATS
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import singular_samples
 from kinegen.verify.splits import adjoint

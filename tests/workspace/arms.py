@@ -10,9 +10,9 @@ import numpy as np
 
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.python.formula import emit_formula
+from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import Kind, Quantity
-from kinegen.robot.load import load, loads
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.workspace.options import SurveyOptions

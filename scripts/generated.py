@@ -1,0 +1,177 @@
+"""What `generated/` holds: a few complete packages, and a digest of what every robot gives in every language.
+
+    python scripts/generated.py            builds and proves the packages, and writes `generated/digests.txt`
+    python scripts/generated.py --check    compares instead, and changes nothing; packages are built without a compiler
+
+The packages are for people who want to read what kinegen writes. The digests show every change of a byte, for all
+robots, all outputs and all languages: a line is `ROBOT LANGUAGE SHA-256`, cut to 16 digits. Lines marked `dh` belong to
+the robot whose table's entries are runtime parameters.
+"""
+
+from __future__ import annotations
+
+import argparse
+import filecmp
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+
+from kinegen.emit.files import emit_files, emit_integers
+from kinegen.emit.fixed.kernels import fixed_kernels
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.emit.reals import Real
+from kinegen.errors import KinegenError
+from kinegen.formats.load import load
+from kinegen.ir.lower import program_of, runtime_defaults
+from kinegen.outputs import NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity
+from kinegen.robot.calibrated import DH, calibrated
+from kinegen.robot.model import Robot
+from kinegen.verify.integer_vectors import fixed_vectors
+from kinegen.verify.vectors import compute_vectors
+
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = ROOT / "generated"
+DIGESTS = "digests.txt"
+
+EVERY = "all outputs"
+"""Stands for every output that the robot has."""
+
+PACKAGES: dict[str, tuple[str, ...]] = {
+    "puma560": ("--outputs", EVERY, "--languages", "javascript"),
+    "ur5": ("--outputs", "pose,frames,position,inverse,numeric_inverse", "--real", "double", "--languages", "cpp,rust"),
+    "al5d": ("--outputs", "pose,inverse", "--real", "double"),
+    "hand": ("--outputs", "pose,frames,position,fk_jacobian"),
+    "calibrated_2r": ("--outputs", "pose,position,fk_jacobian,parameter_jacobian"),
+    "motoman_l3": ("--outputs", "pose,actuators_to_joints,joints_to_actuators,fk_actuators,jacobian_actuators"),
+    "scara": ("--package", "platformio", "--real", "all"),
+    "iiwa14": ("--package", "cmake", "--outputs", "pose,fk_jacobian"),
+}
+"""Options of each package, every language in one of them: all outputs, inverses, five joints, a tree, runtime
+parameters, actuators, integer kernels, and a library for C projects."""
+
+
+def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
+    """The programs of those quantities that a robot has."""
+    found = []
+    for quantity in quantities:
+        try:
+            found.append(program_of(robot, quantity))
+        except KinegenError:
+            continue  # such as an inverse of an arm without a closed form
+    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.is_arm)
+
+
+def outputs(robot: Robot) -> str:
+    """The names of all outputs that a robot has, for `--outputs`."""
+    kernels = programs(robot, every_quantity())
+    quantities = [program.quantity for program in kernels.programs] + [NUMERIC_INVERSE] * kernels.numeric_inverse
+    return ",".join(map(str, quantities))
+
+
+def lines(path: Path) -> list[str]:
+    """The digests of one robot."""
+    robot = load(path)
+    found = [*_lines(robot.name, programs(robot, every_quantity()))]
+    with suppress(KinegenError):  # elementary sequences have no entries
+        found += _lines(f"{robot.name} dh", programs(calibrated(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),)))
+    try:
+        usual = programs(robot, USUAL)
+        found.append(_line(f"{robot.name} q30", emit_integers(usual, fixed_vectors(fixed_kernels(usual)))))
+    except KinegenError as error:
+        found.append(f"{robot.name} q30 refused: {error.message}")
+    return found
+
+
+def _lines(name: str, kernels: Kernels) -> Iterator[str]:
+    """The digests of C with its test vectors, of the Python package, and of every other language."""
+    vectors = compute_vectors(kernels)
+    files = emit_files(kernels, tuple(Real), vectors).files
+    yield _line(f"{name} c", {path: text for path, text in files.items() if path.endswith((".c", ".h"))})
+    yield _line(f"{name} python", {path: text for path, text in files.items() if path.endswith((".py", ".pyi"))})
+    for language in filter(lambda each: each.is_extra, LANGUAGES.values()):
+        yield _line(f"{name} {language.name}", emit_language(kernels, language, vectors))
+
+
+def _line(label: str, files: Mapping[str, str]) -> str:
+    digest = hashlib.sha256()
+    for path, text in sorted(files.items()):
+        digest.update(f"{path}\0{text}\0".encode())
+    return f"{label} {digest.hexdigest()[:16]}"
+
+
+def digests() -> str:
+    """The text of `generated/digests.txt`."""
+    paths = sorted((ROOT / "robots").glob("*.yaml"), key=lambda path: (-path.stat().st_size, path.name))
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        found = dict(zip(paths, pool.map(lines, paths), strict=True))
+    return "".join(f"{line}\n" for path in sorted(found) for line in found[path])
+
+
+def build_packages(folder: Path, *, compiled: bool) -> None:
+    """Build every package into a folder."""
+    for name, options in PACKAGES.items():
+        path = ROOT / "robots" / f"{name}.yaml"
+        named = [outputs(load(path)) if option == EVERY else option for option in options]
+        command = [sys.executable, "-m", "kinegen", "build", str(path), "-o", str(folder), *named]
+        command += ["--reproducible"] if compiled else ["--no-compile"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise SystemExit(f"{name}: {done.stderr or done.stdout}")
+
+
+def differences(here: Path, there: Path) -> Iterator[str]:
+    """The files of two folders that differ, compiled ones left aside."""
+    names = {
+        path.relative_to(folder)
+        for folder in (here, there)
+        for path in folder.rglob("*")
+        if path.is_file() and path.suffix != ".so" and "__pycache__" not in path.parts
+    }
+    for name in sorted(names):
+        if not (here / name).exists() or not (there / name).exists():
+            yield f"{name} is missing in {here if not (here / name).exists() else 'what the robots give'}"
+        elif not filecmp.cmp(here / name, there / name, shallow=False):
+            yield f"{name} differs"
+
+
+def check() -> int:
+    """Compare `generated/` with what the robots give."""
+    with tempfile.TemporaryDirectory() as temporary:
+        fresh = Path(temporary)
+        build_packages(fresh, compiled=False)
+        (fresh / DIGESTS).write_text(digests(), encoding="utf-8")
+        found = list(differences(GENERATED, fresh))
+        old, new = ((place / DIGESTS).read_text(encoding="utf-8").splitlines() for place in (GENERATED, fresh))
+    for text in found:
+        print(text)
+    for line in sorted(set(new) - set(old)):
+        print(f"now {line}")
+    print("generated/ is not current: run 'make generated' and commit what it changes" if found else "it is current")
+    return bool(found)
+
+
+def main() -> int:
+    """Write or check."""
+    parser = argparse.ArgumentParser(description="Writes generated/, or compares it with what the robots give.")
+    parser.add_argument("--check", action="store_true", help="compare, and change nothing")
+    if parser.parse_args().check:
+        return check()
+    # A package for C projects leaves what lies beside its own folders, so everything is made from nothing.
+    for folder in GENERATED.iterdir() if GENERATED.is_dir() else ():
+        if folder.is_dir():
+            shutil.rmtree(folder)
+    build_packages(GENERATED, compiled=True)
+    (GENERATED / DIGESTS).write_text(digests(), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,25 @@
+"""Emitted files on disk, once for all tests of a process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+
+
+def folders(root: Path, texts: Callable[[str], Mapping[str, str]]) -> Callable[[str], Path]:
+    """The folders of the files of robots, each written when it is first asked for.
+
+    Args:
+        root: The folder that they are in; tests write only beside them.
+        texts: The files of a robot, by name.
+    """
+
+    @cache
+    def folder(name: str) -> Path:
+        (root / name).mkdir()
+        for file, text in texts(name).items():
+            (root / name / file).write_text(text, encoding="utf-8", newline="\n")
+        return root / name
+
+    return folder

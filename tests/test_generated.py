@@ -1,0 +1,72 @@
+"""`generated/` covers every robot, every output and every language."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from kinegen.emit.languages import LANGUAGES
+from kinegen.outputs import Kind
+
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = ROOT / "generated"
+LINES = (GENERATED / "digests.txt").read_text(encoding="utf-8").splitlines()
+
+_SPEC = importlib.util.spec_from_file_location("generated_script", ROOT / "scripts" / "generated.py")
+assert _SPEC is not None
+assert _SPEC.loader is not None
+script = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(script)
+
+
+def test_every_robot_has_a_digest_of_every_language() -> None:
+    wanted = {f"{path.stem} {language}" for path in (ROOT / "robots").glob("*.yaml") for language in LANGUAGES}
+
+    assert wanted - {re.match(r"\w+ \w+", line)[0] for line in LINES} == set()  # type: ignore[index]
+
+
+@pytest.mark.parametrize("name", ["planar_3r", "screw", "palletiser"])
+def test_the_digests_of_a_robot_are_current(name: str) -> None:
+    assert script.lines(ROOT / "robots" / f"{name}.yaml") == [line for line in LINES if line.startswith(f"{name} ")]
+
+
+def test_a_changed_byte_changes_the_digest() -> None:
+    assert script._line("arm c", {"arm.c": "a"}) != script._line("arm c", {"arm.c": "b"})
+    assert script._line("arm c", {"arm.c": "a"}) != script._line("arm c", {"arm.h": "a"})
+
+
+def test_the_packages_are_those_of_the_script() -> None:
+    assert {path.name for path in GENERATED.iterdir() if path.is_dir() and path.name != "__pycache__"} == set(
+        script.PACKAGES
+    )
+
+
+def test_every_kind_of_output_is_in_a_digest() -> None:
+    """Robots have what they can have; together they have all kinds."""
+    kinds = {str(kind) for kind in Kind}
+    for robot in ("puma560", "motoman_l3"):
+        kinds -= {
+            name.split("@")[0] for name in script.outputs(script.load(ROOT / "robots" / f"{robot}.yaml")).split(",")
+        }
+
+    assert kinds == {"parameter_jacobian"}  # the lines marked dh
+    assert any(line.startswith("puma560 dh c ") for line in LINES)
+
+
+def test_a_missing_or_changed_file_is_found(tmp_path: Path) -> None:
+    for place in ("a", "b"):
+        (tmp_path / place / "arm").mkdir(parents=True)
+        (tmp_path / place / "arm" / "arm.c").write_text("same", encoding="utf-8")
+    assert list(script.differences(tmp_path / "a", tmp_path / "b")) == []
+
+    (tmp_path / "a" / "arm" / "arm.h").write_text(json.dumps(1), encoding="utf-8")
+    (tmp_path / "b" / "arm" / "arm.c").write_text("other", encoding="utf-8")
+
+    assert list(script.differences(tmp_path / "a", tmp_path / "b")) == [
+        "arm/arm.c differs",
+        "arm/arm.h is missing in what the robots give",
+    ]
