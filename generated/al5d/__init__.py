@@ -32,20 +32,19 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
 
 from . import _numpy
 from ._engines import Array, Floats, load_native
+from ._inverse import Inverse
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
-from ._names import NamedKernel
 
 __all__ = [
+    "BRANCHES",
     "DOF",
-    "FRAMES",
     "JOINTS",
     "LIMITS",
     "backend",
     "clamp",
     "fk",
-    "frames",
-    "position",
+    "inverse",
     "within_limits",
 ]
 
@@ -101,18 +100,15 @@ clamp = Clamp(
     """,
 )
 
-FRAMES: tuple[str, ...] = (
-    "base_turn",
-    "shoulder",
-    "elbow",
-    "wrist_pitch",
-    "wrist_rotate",
-    "gripper",
-    "tool",
+BRANCHES: tuple[str, ...] = (
+    "shoulder left, elbow up",
+    "shoulder left, elbow down",
+    "shoulder right, elbow up",
+    "shoulder right, elbow down",
 )
-"""Frames of the result of `frames`, in its order."""
+"""Solutions of `inverse`, in its order."""
 
-_native = load_native("0fccdb5d891f2e57")
+_native = load_native("b04db7e25ba382a2")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -120,7 +116,7 @@ fk: Kernel[Floats] = Kernel(
     symbol="al5d",
     inputs=(Array("q", (5,)),),
     results=(Array("base_T_tool", (4, 4), True),),
-    reals=("float64", "float32"),
+    reals=("float64",),
     formula=_numpy.fk,
     native=_native,
     params=None,
@@ -131,40 +127,53 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: NamedKernel[Floats] = NamedKernel(
-    "frames",
+inverse = Inverse(
+    "inverse",
     module=__name__,
     symbol="al5d",
-    inputs=(Array("q", (5,)),),
-    results=(Array("base_T_frames", (7, 4, 4), True),),
-    reals=("float64", "float32"),
-    formula=_numpy.frames,
+    inputs=(Array("base_T_tool", (4, 4), True),),
+    results=(Array("solutions", (4, 5)), Array("valid", (4,), is_truth=True)),
+    reals=("float64",),
+    formula=_numpy.inverse,
     native=_native,
     params=None,
-    doc="""Poses of all links and named frames in the base frame.
+    doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
 
-    q of shape (..., 5) gives (..., 7, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    31 multiplications, 13 additions, 9 changes of sign, 5 sine-cosine pairs for a configuration.
+    base_T_tool of shape (..., 4, 4) gives solutions (..., 4, 5) and valid (..., 4); angles in rad, lengths in m.
+    62 multiplications, 77 additions, 14 changes of sign, 2 divisions, 3 square roots, 6 arc tangents, 36 selections for
+    a configuration.
+
+    Family: AL5D type: waist, parallel axes 2, 3, 4, roll. Rows of solutions:
+      0  shoulder left, elbow up
+      1  shoulder left, elbow down
+      2  shoulder right, elbow up
+      3  shoulder right, elbow down
+    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
+    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
+    valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
+    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+      the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
+      root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
+      the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-6 (single
+        precision: 1e-5) rad
+      a point on axis 1 is reached in the plane of the approach vector
     """,
-    names=FRAMES,
-    word="frame",
-)
-
-position: Kernel[Floats] = Kernel(
-    "position",
-    module=__name__,
-    symbol="al5d",
-    inputs=(Array("q", (5,)),),
-    results=(Array("base_p_tool", (3,)),),
-    reals=("float64", "float32"),
-    formula=_numpy.position,
-    native=_native,
-    params=None,
-    doc="""Position of the tool's origin in the base frame.
-
-    q of shape (..., 5) gives (..., 3); angles in rad, lengths in m.
-    8 multiplications, 7 additions, 4 sine-cosine pairs for a configuration.
-    """,
+    turnings=(
+        (
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+        ),
+        (
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+        ),
+    ),
 )
 
 backend = fk.backend

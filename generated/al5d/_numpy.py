@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,317 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _atan2_double(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in double."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.5463
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 2.2250738585072014e-308
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side.
+    z = t * t
+    w = z * z
+    a13 = w * -0.0064409620097308365
+    a11 = a13 - 0.03466495380060364
+    a11w = a11 * w
+    a9 = a11w - 0.05199785276921586
+    a9w = a9 * w
+    a7 = a9w - 0.06665476747011981
+    a7w = a7 * w
+    a5 = a7w - 0.0909090377719635
+    a5w = a5 * w
+    a3 = a5w - 0.14285714281741374
+    a3w = a3 * w
+    a1 = a3w - 0.33333333333333176
+    a12 = w * 0.02038764715331689
+    a10 = a12 + 0.04482172758367528
+    a10w = a10 * w
+    a8 = a10w + 0.058720659343036295
+    a8w = a8 * w
+    a6 = a8w + 0.07692211229011013
+    a6w = a6 * w
+    a4 = a6w + 0.11111110922228634
+    a4w = a4 * w
+    a2 = a4w + 0.19999999999957793
+    a2z = a2 * z
+    a = a1 + a2z
+    tz = t * z
+    tail = tz * a
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.39269908169872414
+    low = parts * 1.5308084989341915e-17
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
+
+def _atan2_float(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in float."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.414213562
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 1.17549435e-38
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z).
+    z = t * t
+    a5 = z * -0.0609269701
+    a4 = a5 + 0.106001638
+    a4z = a4 * z
+    a3 = a4z - 0.142445102
+    a3z = a3 * z
+    a2 = a3z + 0.199985325
+    a2z = a2 * z
+    a1 = a2z - 0.333333164
+    tz = t * z
+    tail = tz * a1
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.392699122
+    low = parts * -4.07301713e-08
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
+
+
+def _atan2(y: Floats | float, x: Floats | float) -> Floats:
+    """The angle of a point; zeros have no sign, and an infinity makes it NaN, as in the C files."""
+    if _AS_IN_C:
+        real = np.result_type(y, x)
+        y, x = np.asarray(y, real), np.asarray(x, real)
+        return _atan2_float(y, x) if real == np.float32 else _atan2_double(y, x)
+    return np.arctan2(y + (y - y), x + (x - x))
+
+
+def _sqrt(x: Floats | float) -> Floats:
+    """The square root; zeros have no sign, as in the C files."""
+    return np.sqrt(x + 0.0)
 
 
 def fk(q: Floats) -> tuple[Floats | float, ...]:
@@ -93,214 +399,260 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     )
 
 
-def frames(q: Floats) -> tuple[Floats | float, ...]:
-    """Poses of all links and named frames in the base frame.
+def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
+    """Joint values of all branches for a pose of the tool, and which of them are solutions.
 
     Args:
-        q: Joint vector (5, N).
+        base_T_tool: Pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal (12, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
     """
-    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch
-    q23 = q[1] + q[2]
-    q234 = q[3] + q23
+    single = base_T_tool.dtype == np.float32
+    # valid
+    t0 = base_T_tool[3] * base_T_tool[3]
+    t1 = base_T_tool[7] * base_T_tool[7]
+    t2 = t0 + t1
+    t3 = base_T_tool[11] * base_T_tool[11]
+    t4 = t3 + t2
+    t5 = np.where(t4 < 1000000000000000.0, t4.dtype.type(1.0), t4.dtype.type(0.0))
+    t6 = base_T_tool[0] * base_T_tool[0]
+    t7 = base_T_tool[4] * base_T_tool[4]
+    t8 = t6 + t7
+    t9 = base_T_tool[8] * base_T_tool[8]
+    t10 = t9 + t8
+    t11 = t10 - 1.0
+    t12 = t11 * t11
+    t13 = base_T_tool[1] * base_T_tool[1]
+    t14 = base_T_tool[5] * base_T_tool[5]
+    t15 = t13 + t14
+    t16 = base_T_tool[9] * base_T_tool[9]
+    t17 = t16 + t15
+    t18 = t17 - 1.0
+    t19 = t18 * t18
+    t20 = t12 + t19
+    t21 = base_T_tool[0] * base_T_tool[1]
+    t22 = base_T_tool[4] * base_T_tool[5]
+    t23 = t21 + t22
+    t24 = base_T_tool[8] * base_T_tool[9]
+    t25 = t24 + t23
+    t26 = t25 * t25
+    t27 = t26 + t20
+    t28 = base_T_tool[0] * base_T_tool[5]
+    t29 = base_T_tool[1] * base_T_tool[4]
+    t30 = t28 - t29
+    t31 = base_T_tool[10] - t30
+    t32 = t31 * t31
+    t33 = t32 + t27
+    t34 = base_T_tool[4] * base_T_tool[9]
+    t35 = base_T_tool[5] * base_T_tool[8]
+    t36 = t34 - t35
+    t37 = base_T_tool[2] - t36
+    t38 = t37 * t37
+    t39 = t38 + t33
+    t40 = base_T_tool[1] * base_T_tool[8]
+    t41 = base_T_tool[0] * base_T_tool[9]
+    t42 = t40 - t41
+    t43 = base_T_tool[6] - t42
+    t44 = t43 * t43
+    t45 = t44 + t39
+    t46 = np.where(t45 < (9e-08 if single else 9e-12), t5, 0.0)
 
-    # Sines and cosines
-    s1, c1 = _sincos(q[0])
-    s2, c2 = _sincos(q[1])
-    s23, c23 = _sincos(q23)
-    s234, c234 = _sincos(q234)
-    s5, c5 = _sincos(q[4])
+    # all results
+    t47 = base_T_tool[2] * 0.07719
+    t48 = base_T_tool[3] - t47
+    t49 = base_T_tool[6] * 0.07719
+    t50 = base_T_tool[7] - t49
+    t51 = base_T_tool[10] * 0.07719
+    t52 = base_T_tool[11] - t51
+    t53 = t52 - 0.06858
+    t54 = t53 * t53
+    t55 = base_T_tool[2] * base_T_tool[2]
+    t56 = base_T_tool[6] * base_T_tool[6]
+    t57 = t55 + t56
+    t58 = t57 * 0.0530571042
+    t59 = t58 + (5.30571042e-14 if single else 5.30571042e-22)
+    t60 = base_T_tool[2] * t48
+    t61 = t48 * t48
+    t62 = base_T_tool[6] * t50
+    t63 = t60 + t62
+    t64 = t50 * t50
+    t65 = t61 + t64
 
-    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame base_turn, frame shoulder, frame elbow, frame
-    # wrist_pitch and frame wrist_rotate
-    t0 = c234 * s5
-    t1 = -s1
-    t2 = -c1
-    t3 = -c234
-    t4 = c1 * c2
-    t5 = s1 * c2
-    t6 = t4 * 0.14679
-    t7 = t5 * 0.14679
+    # Square roots and arc tangents
+    t66 = _sqrt(t57)
+    t67 = _sqrt(t65)
 
-    # base_turn, shoulder and elbow: frame shoulder and frame elbow
-    t8 = c1 * s2
-    t9 = -t8
-    t10 = s1 * s2
-    t11 = -t10
-    t12 = s2 * 0.14679
-    t13 = 0.06858 + t12
-    t14 = c1 * c23
-    t15 = s1 * c23
+    # all results
+    t68 = 1.0 / t66
+    t69 = -t68
+    t70 = np.where(t63 < 0.0, t69, t68)
+    t71 = base_T_tool[2] * t70
+    t72 = np.where(t57 < (1e-12 if single else 1e-20), 1.0, t71)
+    t73 = base_T_tool[6] * t70
+    t74 = np.where(t57 < (1e-12 if single else 1e-20), 0.0, t73)
+    t75 = np.where(t65 < t59, t72, t48)
+    t76 = np.where(t65 < t59, t74, t50)
+    t77 = np.where(t65 < t59, 1.0, t67)
+    t78 = 1.0 / t77
+    t79 = t75 * t78
+    t80 = t76 * t78
+    t81 = t48 * t80
+    t82 = t50 * t79
+    t83 = t81 - t82
+    t84 = t83 * t83
+    t85 = t67 * t67
+    t86 = t54 + t85
+    t87 = base_T_tool[2] * t79
+    t88 = base_T_tool[2] * t80
+    t89 = base_T_tool[6] * t79
+    t90 = t88 - t89
+    t91 = t90 * t90
+    t92 = np.where(t91 < (1e-10 if single else 1e-12), t91.dtype.type(1.0), t91.dtype.type(0.0))
+    t93 = np.where(t84 < (5.30571042e-12 if single else 5.30571042e-14), t92, 0.0)
+    t94 = t46 * t93
 
-    # base_turn, shoulder and elbow: frame wrist_pitch
-    t16 = t14 * 0.17751
-    t17 = t6 + t16
-    t18 = t15 * 0.17751
-    t19 = t7 + t18
+    # shoulder, elbow, wrist_pitch, wrist_rotate and valid
+    t95 = base_T_tool[6] * t80
+    t96 = t87 + t95
+    t97 = base_T_tool[9] * t96
+    t98 = base_T_tool[1] * t79
+    t99 = base_T_tool[5] * t79
+    t100 = base_T_tool[1] * t80
+    t101 = t100 - t99
+    t102 = base_T_tool[5] * t80
+    t103 = t98 + t102
+    t104 = base_T_tool[10] * t103
+    t105 = t104 - t97
+    t106 = t86 * 19.18892784740154
+    t107 = t86 + 0.009962496
+    t108 = t106 - 2.0181089442858653
+    t109 = t106 - 0.018108944285865226
+    t110 = t108 * t109
+    t111 = t109 - 1.0
+    t112 = t109 * 0.17751
+    t113 = t112 - 0.03072
+    t114 = t107 * (0.00039805536684782607 if single else 9.49037949676099e-11)
+    t115 = np.where(t110 < t114, t110.dtype.type(1.0), t110.dtype.type(0.0))
+    t116 = t115 * t94
+    t117 = t107 * (4.975692085597826e-05 if single else 9.267948727305654e-14)
+    t118 = -t110
+    t119 = np.where(t117 < t118, t118, 0.0)
 
-    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame elbow, frame wrist_pitch and frame wrist_rotate
-    t20 = c1 * s23
-    t21 = -t20
-    t22 = s1 * s23
-    t23 = -t22
-    t24 = s23 * 0.17751
-    t25 = t13 + t24
-    t26 = c1 * c234
-    t27 = t26 * 0.07719
-    t28 = t17 + t27
-    t29 = c1 * s234
-    t30 = s1 * c234
-    t31 = c234 * c5
-    t32 = -t31
+    # Square roots and arc tangents
+    t120 = _atan2(t76, t75)
+    t121 = _atan2(t105, t101)
+    t122 = _atan2(t53, t67)
+    t123 = _atan2(base_T_tool[10], t96)
+    t124 = _sqrt(t119)
 
-    # base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame wrist_pitch and frame wrist_rotate
-    t33 = t30 * 0.07719
-    t34 = t19 + t33
-    t35 = s1 * s234
-    t36 = s234 * 0.07719
-    t37 = t25 + t36
-    t38 = s1 * c5
-    t39 = s1 * s5
+    # base_turn, shoulder, wrist_pitch and wrist_rotate
+    t125 = t124 * 0.17751
+    t126 = 3.141592653589793 - t121
+    t127 = t120 + 3.141592653589793
+    t128 = t126 - 6.283185307179586
+    t129 = np.where(t126 > 3.141592653589793, t128, t126)
+    t130 = -t129
+    t131 = t127 - 6.283185307179586
+    t132 = np.where(t127 > 3.141592653589793, t131, t127)
 
-    # base_turn and wrist_rotate: frame wrist_rotate
-    t40 = s5 * t29
-    t41 = t38 + t40
-    t42 = -t41
-    t43 = c5 * t29
-    t44 = t43 - t39
-    t45 = c1 * c5
-    t46 = c1 * s5
+    # Square roots and arc tangents
+    t133 = _atan2(t124, t111)
+    t134 = _atan2(t125, t113)
 
-    # wrist_rotate: frame wrist_rotate
-    t47 = s5 * t35
-    t48 = t45 - t47
-    t49 = c5 * t35
-    t50 = t46 + t49
+    # shoulder, elbow and wrist_pitch
+    t135 = -t133
+    t136 = t134 + t122
+    t137 = t136 - 6.283185307179586
+    t138 = np.where(t136 > 3.141592653589793, t137, t136)
+    t139 = t136 - 3.141592653589793
+    t140 = 6.283185307179586 + t138
+    t141 = np.where(t138 < -3.141592653589793, t140, t138)
+    t142 = t123 + t133
+    t143 = t123 - t133
+    t144 = t142 - t134
+    t145 = t144 - t122
+    t146 = t134 + t143
+    t147 = t134 - t122
+
+    # shoulder and wrist_pitch
+    t148 = t146 - t122
+    t149 = t145 - 6.283185307179586
+    t150 = np.where(t145 > 3.141592653589793, t149, t145)
+    t151 = t150 - 6.283185307179586
+    t152 = np.where(t150 > 3.141592653589793, t151, t150)
+    t153 = 6.283185307179586 + t152
+    t154 = np.where(t152 < -3.141592653589793, t153, t152)
+    t155 = 6.283185307179586 + t154
+    t156 = np.where(t154 < -3.141592653589793, t155, t154)
+    t157 = 6.283185307179586 + t147
+    t158 = -t147
+    t159 = np.where(t158 > 3.141592653589793, t157, t147)
+    t160 = 3.141592653589793 + t147
+    t161 = 6.283185307179586 - t159
+    t162 = -t159
+    t163 = np.where(t159 > 3.141592653589793, t161, t162)
+    t164 = t148 - 6.283185307179586
+    t165 = np.where(t148 > 3.141592653589793, t164, t148)
+    t166 = t165 - 6.283185307179586
+    t167 = np.where(t165 > 3.141592653589793, t166, t165)
+    t168 = 6.283185307179586 + t167
+    t169 = np.where(t167 < -3.141592653589793, t168, t167)
+    t170 = 6.283185307179586 + t169
+    t171 = np.where(t169 < -3.141592653589793, t170, t169)
+    t172 = 6.283185307179586 + t139
+    t173 = -t139
+    t174 = np.where(t173 > 3.141592653589793, t172, t139)
+    t175 = -t174
+    t176 = 6.283185307179586 + t145
+    t177 = -t145
+    t178 = np.where(t177 > 3.141592653589793, t176, t145)
+    t179 = 6.283185307179586 + t178
+    t180 = -t178
+    t181 = np.where(t180 > 3.141592653589793, t179, t178)
+    t182 = 6.283185307179586 - t181
+    t183 = -t181
+    t184 = np.where(t181 > 3.141592653589793, t182, t183)
+    t185 = 6.283185307179586 + t184
+    t186 = np.where(t184 < -3.141592653589793, t185, t184)
+    t187 = t160 - 6.283185307179586
+    t188 = np.where(t160 > 3.141592653589793, t187, t160)
+
+    # wrist_pitch
+    t189 = 6.283185307179586 + t148
+    t190 = -t148
+    t191 = np.where(t190 > 3.141592653589793, t189, t148)
+    t192 = 6.283185307179586 + t191
+    t193 = -t191
+    t194 = np.where(t193 > 3.141592653589793, t192, t191)
+    t195 = 6.283185307179586 - t194
+    t196 = -t194
+    t197 = np.where(t194 > 3.141592653589793, t195, t196)
+    t198 = 6.283185307179586 + t197
+    t199 = np.where(t197 < -3.141592653589793, t198, t197)
     return (
-        c1,
-        t1,
-        0.0,
-        0.0,
-        s1,
-        c1,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-        0.06858,
-        t4,
-        t9,
-        s1,
-        0.0,
-        t5,
-        t11,
-        t2,
-        0.0,
-        s2,
-        c2,
-        0.0,
-        0.06858,
-        t14,
-        t21,
-        s1,
-        t6,
-        t15,
-        t23,
-        t2,
-        t7,
-        s23,
-        c23,
-        0.0,
-        t13,
-        t29,
-        t26,
-        s1,
-        t17,
-        t35,
-        t30,
-        t2,
-        t19,
-        t3,
-        s234,
-        0.0,
-        t25,
-        t44,
-        t42,
-        t26,
-        t28,
-        t50,
-        t48,
-        t30,
-        t34,
-        t32,
-        t0,
-        s234,
-        t37,
-        t44,
-        t42,
-        t26,
-        t28,
-        t50,
-        t48,
-        t30,
-        t34,
-        t32,
-        t0,
-        s234,
-        t37,
-        t44,
-        t42,
-        t26,
-        t28,
-        t50,
-        t48,
-        t30,
-        t34,
-        t32,
-        t0,
-        s234,
-        t37,
-    )
-
-
-def position(q: Floats) -> tuple[Floats | float, ...]:
-    """Position of the tool's origin in the base frame.
-
-    Args:
-        q: Joint vector (5, N).
-
-    Returns:
-        The computed entries, one array (N,) or number each.
-    """
-    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch
-    q23 = q[1] + q[2]
-    q234 = q[3] + q23
-
-    # Sines and cosines
-    s1, c1 = _sincos(q[0])
-    s2, c2 = _sincos(q[1])
-    s23, c23 = _sincos(q23)
-    s234, c234 = _sincos(q234)
-
-    # base_turn, shoulder, elbow and wrist_pitch: position
-    t0 = c234 * 0.07719
-    t1 = s234 * 0.07719
-    t2 = c2 * 0.14679
-    t3 = t0 + t2
-    t4 = c23 * 0.17751
-    t5 = t4 + t3
-    t6 = c1 * t5
-    t7 = s1 * t5
-    t8 = s2 * 0.14679
-    t9 = t1 + t8
-    t10 = s23 * 0.17751
-    t11 = t10 + t9
-    t12 = 0.06858 + t11
-    return (
-        t6,
-        t7,
-        t12,
+        t120,
+        t141,
+        t135,
+        t156,
+        t130,
+        t120,
+        t163,
+        t133,
+        t171,
+        t130,
+        t132,
+        t175,
+        t133,
+        t186,
+        t121,
+        t132,
+        t188,
+        t135,
+        t199,
+        t121,
+        t116,
+        t116,
+        t116,
+        t116,
     )

@@ -1,4 +1,4 @@
-/* al5d.c - Forward kinematics of al5d, double precision
+/* al5d.c - Kinematics of al5d, double precision
  *
  * Lynxmotion AL5D, five joints and the gripper frame
  *
@@ -94,7 +94,7 @@ static void al5d_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -131,10 +131,10 @@ static void al5d_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -147,6 +147,209 @@ static void al5d_sincos(const double x, double *s, double *c)
 
 #define KINEGEN_AL5D_SINCOS(x, s, c) al5d_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} al5d_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define AL5D_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define AL5D_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define AL5D_OWN_ROOT
+#endif
+#endif
+
+#ifdef AL5D_OWN_ROOT
+/* The square root of the processor, as below. */
+static double al5d_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static double al5d_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    al5d_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    al5d_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    al5d_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    al5d_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    al5d_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    al5d_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static double al5d_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    al5d_bits horizontal;
+    horizontal.value = x + 0.0;
+    al5d_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    al5d_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    al5d_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    al5d_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    al5d_bits large;
+    large.bits = width.bits ^ exchanged;
+    al5d_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    al5d_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    al5d_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    al5d_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    al5d_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    al5d_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    al5d_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    al5d_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
 
 void al5d_fk(const double q[restrict AL5D_DOF], double base_T_tool[restrict 16])
 {
@@ -227,247 +430,341 @@ void al5d_fk(const double q[restrict AL5D_DOF], double base_T_tool[restrict 16])
     base_T_tool[15] = 1.0;
 }
 
-void al5d_frames(const double q[restrict AL5D_DOF], double base_T_frames[restrict AL5D_FRAMES][16])
+void al5d_inverse(const double base_T_tool[restrict 16], double solutions[restrict AL5D_BRANCHES][AL5D_DOF],
+                  uint8_t valid[restrict AL5D_BRANCHES])
 {
-    /* Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch */
-    const double q23 = q[1] + q[2];
-    const double q234 = q[3] + q23;
+    /* valid */
+    const double t0 = base_T_tool[3] * base_T_tool[3];
+    const double t1 = base_T_tool[7] * base_T_tool[7];
+    const double t2 = t0 + t1;
+    const double t3 = base_T_tool[11] * base_T_tool[11];
+    const double t4 = t3 + t2;
+    const uint8_t t5 = (t4 < 1000000000000000.0) ? 1U : 0U;
+    const double t6 = base_T_tool[0] * base_T_tool[0];
+    const double t7 = base_T_tool[4] * base_T_tool[4];
+    const double t8 = t6 + t7;
+    const double t9 = base_T_tool[8] * base_T_tool[8];
+    const double t10 = t9 + t8;
+    const double t11 = t10 - 1.0;
+    const double t12 = t11 * t11;
+    const double t13 = base_T_tool[1] * base_T_tool[1];
+    const double t14 = base_T_tool[5] * base_T_tool[5];
+    const double t15 = t13 + t14;
+    const double t16 = base_T_tool[9] * base_T_tool[9];
+    const double t17 = t16 + t15;
+    const double t18 = t17 - 1.0;
+    const double t19 = t18 * t18;
+    const double t20 = t12 + t19;
+    const double t21 = base_T_tool[0] * base_T_tool[1];
+    const double t22 = base_T_tool[4] * base_T_tool[5];
+    const double t23 = t21 + t22;
+    const double t24 = base_T_tool[8] * base_T_tool[9];
+    const double t25 = t24 + t23;
+    const double t26 = t25 * t25;
+    const double t27 = t26 + t20;
+    const double t28 = base_T_tool[0] * base_T_tool[5];
+    const double t29 = base_T_tool[1] * base_T_tool[4];
+    const double t30 = t28 - t29;
+    const double t31 = base_T_tool[10] - t30;
+    const double t32 = t31 * t31;
+    const double t33 = t32 + t27;
+    const double t34 = base_T_tool[4] * base_T_tool[9];
+    const double t35 = base_T_tool[5] * base_T_tool[8];
+    const double t36 = t34 - t35;
+    const double t37 = base_T_tool[2] - t36;
+    const double t38 = t37 * t37;
+    const double t39 = t38 + t33;
+    const double t40 = base_T_tool[1] * base_T_tool[8];
+    const double t41 = base_T_tool[0] * base_T_tool[9];
+    const double t42 = t40 - t41;
+    const double t43 = base_T_tool[6] - t42;
+    const double t44 = t43 * t43;
+    const double t45 = t44 + t39;
+    const uint8_t t46 = (t45 < 9e-12) ? t5 : 0U;
 
-    /* Sines and cosines */
-    double s1;
-    double c1;
-    KINEGEN_AL5D_SINCOS(q[0], &s1, &c1);
-    base_T_frames[0][4] = s1;
-    base_T_frames[1][2] = s1;
-    base_T_frames[2][2] = s1;
-    base_T_frames[3][2] = s1;
-    base_T_frames[0][0] = c1;
-    base_T_frames[0][5] = c1;
-    double s2;
-    double c2;
-    KINEGEN_AL5D_SINCOS(q[1], &s2, &c2);
-    base_T_frames[1][8] = s2;
-    base_T_frames[1][9] = c2;
-    double s23;
-    double c23;
-    KINEGEN_AL5D_SINCOS(q23, &s23, &c23);
-    base_T_frames[2][8] = s23;
-    base_T_frames[2][9] = c23;
-    double s234;
-    double c234;
-    KINEGEN_AL5D_SINCOS(q234, &s234, &c234);
-    base_T_frames[3][9] = s234;
-    base_T_frames[4][10] = s234;
-    base_T_frames[5][10] = s234;
-    base_T_frames[6][10] = s234;
-    double s5;
-    double c5;
-    KINEGEN_AL5D_SINCOS(q[4], &s5, &c5);
+    /* all results */
+    const double t47 = base_T_tool[2] * 0.07719;
+    const double t48 = base_T_tool[3] - t47;
+    const double t49 = base_T_tool[6] * 0.07719;
+    const double t50 = base_T_tool[7] - t49;
+    const double t51 = base_T_tool[10] * 0.07719;
+    const double t52 = base_T_tool[11] - t51;
+    const double t53 = t52 - 0.06858;
+    const double t54 = t53 * t53;
+    const double t55 = base_T_tool[2] * base_T_tool[2];
+    const double t56 = base_T_tool[6] * base_T_tool[6];
+    const double t57 = t55 + t56;
+    const double t58 = t57 * 0.0530571042;
+    const double t59 = t58 + 5.30571042e-22;
+    const double t60 = base_T_tool[2] * t48;
+    const double t61 = t48 * t48;
+    const double t62 = base_T_tool[6] * t50;
+    const double t63 = t60 + t62;
+    const double t64 = t50 * t50;
+    const double t65 = t61 + t64;
 
-    /* base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame base_turn, frame shoulder, frame elbow, frame
-     * wrist_pitch and frame wrist_rotate */
-    const double t0 = c234 * s5;
-    base_T_frames[4][9] = t0;
-    base_T_frames[5][9] = t0;
-    base_T_frames[6][9] = t0;
-    const double t1 = -s1;
-    base_T_frames[0][1] = t1;
-    const double t2 = -c1;
-    base_T_frames[1][6] = t2;
-    base_T_frames[2][6] = t2;
-    base_T_frames[3][6] = t2;
-    const double t3 = -c234;
-    base_T_frames[3][8] = t3;
-    const double t4 = c1 * c2;
-    base_T_frames[1][0] = t4;
-    const double t5 = s1 * c2;
-    base_T_frames[1][4] = t5;
-    const double t6 = t4 * AL5D_A3;
-    base_T_frames[2][3] = t6;
-    const double t7 = t5 * AL5D_A3;
-    base_T_frames[2][7] = t7;
+    /* Square roots and arc tangents */
+    const double t66 = al5d_sqrt(t57);
+    const double t67 = al5d_sqrt(t65);
 
-    /* base_turn, shoulder and elbow: frame shoulder and frame elbow */
-    const double t8 = c1 * s2;
-    const double t9 = -t8;
-    base_T_frames[1][1] = t9;
-    const double t10 = s1 * s2;
-    const double t11 = -t10;
-    base_T_frames[1][5] = t11;
-    const double t12 = s2 * AL5D_A3;
-    const double t13 = AL5D_D1 + t12;
-    base_T_frames[2][11] = t13;
-    const double t14 = c1 * c23;
-    base_T_frames[2][0] = t14;
-    const double t15 = s1 * c23;
-    base_T_frames[2][4] = t15;
+    /* all results */
+    const double t68 = 1.0 / t66;
+    const double t69 = -t68;
+    const double t70 = (t63 < 0.0) ? t69 : t68;
+    const double t71 = base_T_tool[2] * t70;
+    const double t72 = (t57 < 1e-20) ? 1.0 : t71;
+    const double t73 = base_T_tool[6] * t70;
+    const double t74 = (t57 < 1e-20) ? 0.0 : t73;
+    const double t75 = (t65 < t59) ? t72 : t48;
+    const double t76 = (t65 < t59) ? t74 : t50;
+    const double t77 = (t65 < t59) ? 1.0 : t67;
+    const double t78 = 1.0 / t77;
+    const double t79 = t75 * t78;
+    const double t80 = t76 * t78;
+    const double t81 = t48 * t80;
+    const double t82 = t50 * t79;
+    const double t83 = t81 - t82;
+    const double t84 = t83 * t83;
+    const double t85 = t67 * t67;
+    const double t86 = t54 + t85;
+    const double t87 = base_T_tool[2] * t79;
+    const double t88 = base_T_tool[2] * t80;
+    const double t89 = base_T_tool[6] * t79;
+    const double t90 = t88 - t89;
+    const double t91 = t90 * t90;
+    const uint8_t t92 = (t91 < 1e-12) ? 1U : 0U;
+    const uint8_t t93 = (t84 < 5.30571042e-14) ? t92 : 0U;
+    const uint8_t t94 = (uint8_t)(t46 & t93);
 
-    /* base_turn, shoulder and elbow: frame wrist_pitch */
-    const double t16 = t14 * AL5D_A4;
-    const double t17 = t6 + t16;
-    base_T_frames[3][3] = t17;
-    const double t18 = t15 * AL5D_A4;
-    const double t19 = t7 + t18;
-    base_T_frames[3][7] = t19;
+    /* shoulder, elbow, wrist_pitch, wrist_rotate and valid */
+    const double t95 = base_T_tool[6] * t80;
+    const double t96 = t87 + t95;
+    const double t97 = base_T_tool[9] * t96;
+    const double t98 = base_T_tool[1] * t79;
+    const double t99 = base_T_tool[5] * t79;
+    const double t100 = base_T_tool[1] * t80;
+    const double t101 = t100 - t99;
+    const double t102 = base_T_tool[5] * t80;
+    const double t103 = t98 + t102;
+    const double t104 = base_T_tool[10] * t103;
+    const double t105 = t104 - t97;
+    const double t106 = t86 * 19.18892784740154;
+    const double t107 = t86 + 0.009962496;
+    const double t108 = t106 - 2.0181089442858653;
+    const double t109 = t106 - 0.018108944285865226;
+    const double t110 = t108 * t109;
+    const double t111 = t109 - 1.0;
+    const double t112 = t109 * 0.17751;
+    const double t113 = t112 - 0.03072;
+    const double t114 = t107 * 9.49037949676099e-11;
+    const uint8_t t115 = (t110 < t114) ? 1U : 0U;
+    const uint8_t t116 = (uint8_t)(t115 & t94);
+    valid[0] = t116;
+    valid[1] = t116;
+    valid[2] = t116;
+    valid[3] = t116;
+    const double t117 = t107 * 9.267948727305654e-14;
+    const double t118 = -t110;
+    const double t119 = (t117 < t118) ? t118 : 0.0;
 
-    /* base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame elbow, frame wrist_pitch and frame wrist_rotate */
-    const double t20 = c1 * s23;
-    const double t21 = -t20;
-    base_T_frames[2][1] = t21;
-    const double t22 = s1 * s23;
-    const double t23 = -t22;
-    base_T_frames[2][5] = t23;
-    const double t24 = s23 * AL5D_A4;
-    const double t25 = t13 + t24;
-    base_T_frames[3][11] = t25;
-    const double t26 = c1 * c234;
-    base_T_frames[3][1] = t26;
-    base_T_frames[4][2] = t26;
-    base_T_frames[5][2] = t26;
-    base_T_frames[6][2] = t26;
-    const double t27 = t26 * AL5D_D5;
-    const double t28 = t17 + t27;
-    base_T_frames[4][3] = t28;
-    base_T_frames[5][3] = t28;
-    base_T_frames[6][3] = t28;
-    const double t29 = c1 * s234;
-    base_T_frames[3][0] = t29;
-    const double t30 = s1 * c234;
-    base_T_frames[3][5] = t30;
-    base_T_frames[4][6] = t30;
-    base_T_frames[5][6] = t30;
-    base_T_frames[6][6] = t30;
-    const double t31 = c234 * c5;
-    const double t32 = -t31;
-    base_T_frames[4][8] = t32;
-    base_T_frames[5][8] = t32;
-    base_T_frames[6][8] = t32;
+    /* Square roots and arc tangents */
+    const double t120 = al5d_atan2(t76, t75);
+    solutions[0][0] = t120;
+    solutions[1][0] = t120;
+    const double t121 = al5d_atan2(t105, t101);
+    solutions[2][4] = t121;
+    solutions[3][4] = t121;
+    const double t122 = al5d_atan2(t53, t67);
+    const double t123 = al5d_atan2(base_T_tool[10], t96);
+    const double t124 = al5d_sqrt(t119);
 
-    /* base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: frame wrist_pitch and frame wrist_rotate */
-    const double t33 = t30 * AL5D_D5;
-    const double t34 = t19 + t33;
-    base_T_frames[4][7] = t34;
-    base_T_frames[5][7] = t34;
-    base_T_frames[6][7] = t34;
-    const double t35 = s1 * s234;
-    base_T_frames[3][4] = t35;
-    const double t36 = s234 * AL5D_D5;
-    const double t37 = t25 + t36;
-    base_T_frames[4][11] = t37;
-    base_T_frames[5][11] = t37;
-    base_T_frames[6][11] = t37;
-    const double t38 = s1 * c5;
-    const double t39 = s1 * s5;
+    /* base_turn, shoulder, wrist_pitch and wrist_rotate */
+    const double t125 = t124 * 0.17751;
+    const double t126 = 3.141592653589793 - t121;
+    const double t127 = t120 + 3.141592653589793;
+    const double t128 = t126 - 6.283185307179586;
+    const double t129 = (3.141592653589793 < t126) ? t128 : t126;
+    const double t130 = -t129;
+    solutions[0][4] = t130;
+    solutions[1][4] = t130;
+    const double t131 = t127 - 6.283185307179586;
+    const double t132 = (3.141592653589793 < t127) ? t131 : t127;
+    solutions[2][0] = t132;
+    solutions[3][0] = t132;
 
-    /* base_turn and wrist_rotate: frame wrist_rotate */
-    const double t40 = s5 * t29;
-    const double t41 = t38 + t40;
-    const double t42 = -t41;
-    base_T_frames[4][1] = t42;
-    base_T_frames[5][1] = t42;
-    base_T_frames[6][1] = t42;
-    const double t43 = c5 * t29;
-    const double t44 = t43 - t39;
-    base_T_frames[4][0] = t44;
-    base_T_frames[5][0] = t44;
-    base_T_frames[6][0] = t44;
-    const double t45 = c1 * c5;
-    const double t46 = c1 * s5;
+    /* Square roots and arc tangents */
+    const double t133 = al5d_atan2(t124, t111);
+    solutions[1][2] = t133;
+    solutions[2][2] = t133;
+    const double t134 = al5d_atan2(t125, t113);
 
-    /* wrist_rotate: frame wrist_rotate */
-    const double t47 = s5 * t35;
-    const double t48 = t45 - t47;
-    base_T_frames[4][5] = t48;
-    base_T_frames[5][5] = t48;
-    base_T_frames[6][5] = t48;
-    const double t49 = c5 * t35;
-    const double t50 = t46 + t49;
-    base_T_frames[4][4] = t50;
-    base_T_frames[5][4] = t50;
-    base_T_frames[6][4] = t50;
+    /* shoulder, elbow and wrist_pitch */
+    const double t135 = -t133;
+    solutions[0][2] = t135;
+    solutions[3][2] = t135;
+    const double t136 = t134 + t122;
+    const double t137 = t136 - 6.283185307179586;
+    const double t138 = (3.141592653589793 < t136) ? t137 : t136;
+    const double t139 = t136 - 3.141592653589793;
+    const double t140 = 6.283185307179586 + t138;
+    const double t141 = (t138 < (-3.141592653589793)) ? t140 : t138;
+    solutions[0][1] = t141;
+    const double t142 = t123 + t133;
+    const double t143 = t123 - t133;
+    const double t144 = t142 - t134;
+    const double t145 = t144 - t122;
+    const double t146 = t134 + t143;
+    const double t147 = t134 - t122;
 
-    /* Entries that need no computing */
-    base_T_frames[0][2] = 0.0;
-    base_T_frames[0][3] = 0.0;
-    base_T_frames[0][6] = 0.0;
-    base_T_frames[0][7] = 0.0;
-    base_T_frames[0][8] = 0.0;
-    base_T_frames[0][9] = 0.0;
-    base_T_frames[0][10] = 1.0;
-    base_T_frames[0][11] = 0.06858;
-    base_T_frames[1][3] = 0.0;
-    base_T_frames[1][7] = 0.0;
-    base_T_frames[1][10] = 0.0;
-    base_T_frames[1][11] = 0.06858;
-    base_T_frames[2][10] = 0.0;
-    base_T_frames[3][10] = 0.0;
-    base_T_frames[0][12] = 0.0;
-    base_T_frames[0][13] = 0.0;
-    base_T_frames[0][14] = 0.0;
-    base_T_frames[0][15] = 1.0;
-    base_T_frames[1][12] = 0.0;
-    base_T_frames[1][13] = 0.0;
-    base_T_frames[1][14] = 0.0;
-    base_T_frames[1][15] = 1.0;
-    base_T_frames[2][12] = 0.0;
-    base_T_frames[2][13] = 0.0;
-    base_T_frames[2][14] = 0.0;
-    base_T_frames[2][15] = 1.0;
-    base_T_frames[3][12] = 0.0;
-    base_T_frames[3][13] = 0.0;
-    base_T_frames[3][14] = 0.0;
-    base_T_frames[3][15] = 1.0;
-    base_T_frames[4][12] = 0.0;
-    base_T_frames[4][13] = 0.0;
-    base_T_frames[4][14] = 0.0;
-    base_T_frames[4][15] = 1.0;
-    base_T_frames[5][12] = 0.0;
-    base_T_frames[5][13] = 0.0;
-    base_T_frames[5][14] = 0.0;
-    base_T_frames[5][15] = 1.0;
-    base_T_frames[6][12] = 0.0;
-    base_T_frames[6][13] = 0.0;
-    base_T_frames[6][14] = 0.0;
-    base_T_frames[6][15] = 1.0;
+    /* shoulder and wrist_pitch */
+    const double t148 = t146 - t122;
+    const double t149 = t145 - 6.283185307179586;
+    const double t150 = (3.141592653589793 < t145) ? t149 : t145;
+    const double t151 = t150 - 6.283185307179586;
+    const double t152 = (3.141592653589793 < t150) ? t151 : t150;
+    const double t153 = 6.283185307179586 + t152;
+    const double t154 = (t152 < (-3.141592653589793)) ? t153 : t152;
+    const double t155 = 6.283185307179586 + t154;
+    const double t156 = (t154 < (-3.141592653589793)) ? t155 : t154;
+    solutions[0][3] = t156;
+    const double t157 = 6.283185307179586 + t147;
+    const double t158 = -t147;
+    const double t159 = (3.141592653589793 < t158) ? t157 : t147;
+    const double t160 = 3.141592653589793 + t147;
+    const double t161 = 6.283185307179586 - t159;
+    const double t162 = -t159;
+    const double t163 = (3.141592653589793 < t159) ? t161 : t162;
+    solutions[1][1] = t163;
+    const double t164 = t148 - 6.283185307179586;
+    const double t165 = (3.141592653589793 < t148) ? t164 : t148;
+    const double t166 = t165 - 6.283185307179586;
+    const double t167 = (3.141592653589793 < t165) ? t166 : t165;
+    const double t168 = 6.283185307179586 + t167;
+    const double t169 = (t167 < (-3.141592653589793)) ? t168 : t167;
+    const double t170 = 6.283185307179586 + t169;
+    const double t171 = (t169 < (-3.141592653589793)) ? t170 : t169;
+    solutions[1][3] = t171;
+    const double t172 = 6.283185307179586 + t139;
+    const double t173 = -t139;
+    const double t174 = (3.141592653589793 < t173) ? t172 : t139;
+    const double t175 = -t174;
+    solutions[2][1] = t175;
+    const double t176 = 6.283185307179586 + t145;
+    const double t177 = -t145;
+    const double t178 = (3.141592653589793 < t177) ? t176 : t145;
+    const double t179 = 6.283185307179586 + t178;
+    const double t180 = -t178;
+    const double t181 = (3.141592653589793 < t180) ? t179 : t178;
+    const double t182 = 6.283185307179586 - t181;
+    const double t183 = -t181;
+    const double t184 = (3.141592653589793 < t181) ? t182 : t183;
+    const double t185 = 6.283185307179586 + t184;
+    const double t186 = (t184 < (-3.141592653589793)) ? t185 : t184;
+    solutions[2][3] = t186;
+    const double t187 = t160 - 6.283185307179586;
+    const double t188 = (3.141592653589793 < t160) ? t187 : t160;
+    solutions[3][1] = t188;
+
+    /* wrist_pitch */
+    const double t189 = 6.283185307179586 + t148;
+    const double t190 = -t148;
+    const double t191 = (3.141592653589793 < t190) ? t189 : t148;
+    const double t192 = 6.283185307179586 + t191;
+    const double t193 = -t191;
+    const double t194 = (3.141592653589793 < t193) ? t192 : t191;
+    const double t195 = 6.283185307179586 - t194;
+    const double t196 = -t194;
+    const double t197 = (3.141592653589793 < t194) ? t195 : t196;
+    const double t198 = 6.283185307179586 + t197;
+    const double t199 = (t197 < (-3.141592653589793)) ? t198 : t197;
+    solutions[3][3] = t199;
 }
 
-void al5d_position(const double q[restrict AL5D_DOF], double base_p_tool[restrict 3])
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+static double al5d_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
 {
-    /* Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_pitch */
-    const double q23 = q[1] + q[2];
-    const double q234 = q[3] + q23;
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
 
-    /* Sines and cosines */
-    double s1;
-    double c1;
-    KINEGEN_AL5D_SINCOS(q[0], &s1, &c1);
-    double s2;
-    double c2;
-    KINEGEN_AL5D_SINCOS(q[1], &s2, &c2);
-    double s23;
-    double c23;
-    KINEGEN_AL5D_SINCOS(q23, &s23, &c23);
-    double s234;
-    double c234;
-    KINEGEN_AL5D_SINCOS(q234, &s234, &c234);
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
 
-    /* base_turn, shoulder, elbow and wrist_pitch: position */
-    const double t0 = c234 * AL5D_D5;
-    const double t1 = s234 * AL5D_D5;
-    const double t2 = c2 * AL5D_A3;
-    const double t3 = t0 + t2;
-    const double t4 = c23 * AL5D_A4;
-    const double t5 = t4 + t3;
-    const double t6 = c1 * t5;
-    base_p_tool[0] = t6;
-    const double t7 = s1 * t5;
-    base_p_tool[1] = t7;
-    const double t8 = s2 * AL5D_A3;
-    const double t9 = t1 + t8;
-    const double t10 = s23 * AL5D_A4;
-    const double t11 = t10 + t9;
-    const double t12 = AL5D_D1 + t11;
-    base_p_tool[2] = t12;
+int al5d_inverse_nearest(const double base_T_tool[16], const double q0[AL5D_DOF], double q[AL5D_DOF])
+{
+    double solutions[AL5D_BRANCHES][AL5D_DOF];
+    uint8_t valid[AL5D_BRANCHES];
+    double chosen[AL5D_DOF] = {0.0};
+    double least = 1.7976931348623157e+308;
+    int serves = 1;
+
+    al5d_inverse(base_T_tool, solutions, valid);
+    for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+        const double *const s = solutions[branch];
+        if (valid[branch] != 0U) {
+            const double moved0 = al5d_turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart0 = moved0 - q0[0];
+            const double square0 = apart0 * apart0;
+            const double sum0 = square0;
+            const double moved1 = al5d_turned(s[1], q0[1], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart1 = moved1 - q0[1];
+            const double square1 = apart1 * apart1;
+            const double sum1 = sum0 + square1;
+            const double moved2 = al5d_turned(s[2], q0[2], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart2 = moved2 - q0[2];
+            const double square2 = apart2 * apart2;
+            const double sum2 = sum1 + square2;
+            const double moved3 = al5d_turned(s[3], q0[3], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart3 = moved3 - q0[3];
+            const double square3 = apart3 * apart3;
+            const double sum3 = sum2 + square3;
+            const double moved4 = al5d_turned(s[4], q0[4], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart4 = moved4 - q0[4];
+            const double square4 = apart4 * apart4;
+            const double sum4 = sum3 + square4;
+            if (sum4 < least) {
+                least = sum4;
+                chosen[0] = moved0;
+                chosen[1] = moved1;
+                chosen[2] = moved2;
+                chosen[3] = moved3;
+                chosen[4] = moved4;
+            }
+        }
+    }
+
+    /* What is not finite, or too far away for whole turns, is near to nothing. */
+    serves = ((q0[0] >= -62831.853071795864) && (q0[0] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[1] >= -62831.853071795864) && (q0[1] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[2] >= -62831.853071795864) && (q0[2] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[3] >= -62831.853071795864) && (q0[3] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[4] >= -62831.853071795864) && (q0[4] <= 62831.853071795864)) ? serves : 0;
+    serves = (least < 1.7976931348623157e+308) ? serves : 0;
+    const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+    const double infinite = huge * huge;
+    const double nothing = infinite - infinite; /* 0 or NaN */
+    q[0] = chosen[0] + nothing;
+    q[1] = chosen[1] + nothing;
+    q[2] = chosen[2] + nothing;
+    q[3] = chosen[3] + nothing;
+    q[4] = chosen[4] + nothing;
+    return serves;
 }
 
 const double AL5D_LIMITS_LOW[AL5D_DOF] = {

@@ -1,4 +1,4 @@
-/* al5d_batch.c - Batches: forward kinematics of al5d, double precision
+/* al5d_batch.c - Batches: kinematics of al5d, double precision
  *
  * Lynxmotion AL5D, five joints and the gripper frame
  *
@@ -14,6 +14,7 @@
 #endif
 
 #include <float.h>
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -54,8 +55,13 @@ enum { AL5D_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999)
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
-/* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
-enum { SHORT_TILE = 8 };
+
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define AL5D_INLINE static inline __attribute__((always_inline))
+#else
+#define AL5D_INLINE static inline
+#endif
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
@@ -65,7 +71,7 @@ enum { SHORT_TILE = 8 };
 
 /* Sine and cosine of x radians, each within 0.85 units in the last place for |x| <= 1e5;
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void al5d_sincos(const double x, double *s, double *c)
+AL5D_INLINE void al5d_sincos(const double x, double *s, double *c)
 {
     /* The first product overflows just beyond 1e5; its infinity makes everything after it NaN. */
     const double scaled = x * 1.7976931348623158e+303;
@@ -93,7 +99,7 @@ static inline void al5d_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +136,10 @@ static inline void al5d_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -144,13 +150,6 @@ static inline void al5d_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define AL5D_INLINE static inline __attribute__((always_inline))
-#else
-#define AL5D_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -159,6 +158,235 @@ static inline void al5d_sincos(const double x, double *s, double *c)
 #elif defined(__GNUC__)
 #define AL5D_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} al5d_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define AL5D_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define AL5D_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define AL5D_OWN_ROOT
+#endif
+#endif
+
+#ifdef AL5D_OWN_ROOT
+/* The square root of the processor, as below. */
+AL5D_INLINE double al5d_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+AL5D_INLINE double al5d_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    al5d_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    al5d_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    al5d_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    al5d_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    al5d_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    al5d_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+AL5D_INLINE double al5d_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    al5d_bits horizontal;
+    horizontal.value = x + 0.0;
+    al5d_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    al5d_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    al5d_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    al5d_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    al5d_bits large;
+    large.bits = width.bits ^ exchanged;
+    al5d_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    al5d_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    al5d_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    al5d_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    al5d_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    al5d_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    al5d_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    al5d_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
+
+/* less if a < b, else other. */
+AL5D_INLINE double al5d_select_lt(const double a, const double b, const double less, const double other)
+{
+    al5d_bits first;
+    first.value = less;
+    al5d_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint64_t large = first.bits | 0x4000000000000000U;
+    al5d_bits size;
+    size.bits = large & 0x7FEFFFFFFFFFFFFFU;
+    const double negative = -size.value;
+    al5d_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint64_t one = sign.bits >> 63;
+    const uint64_t all = 0U - one;
+    const uint64_t none = ~all;
+
+    const uint64_t kept = first.bits & all;
+    const uint64_t others = second.bits & none;
+    al5d_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -221,6 +449,40 @@ static inline void store_lanes(const double *from, int row, double *to, ptrdiff_
 }
 #endif
 #endif
+
+/* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_12_of_16(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < TILE) ? (int)left : TILE;
+    if ((COPY_FIRST == 0) && (count == TILE)) {
+        return found;
+    }
+    if ((pose == 16) && (joint == 1) && (count == TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < TILE; i++) {
+            for (int number = 0; number < 12; number++) {
+                copy[number][i] = first[i * 16 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 12; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = TILE;
+    return found;
+}
 
 /* Finds the 5 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -314,82 +576,30 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-/* Finds the 5 numbers of each configuration of the tile that starts at first, of which left configurations are
-   left. A last tile that is not full is copied and filled up with zeros. */
-static inline tile_input find_tile_5_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
-    double (*restrict copy)[SHORT_TILE])
-{
-    tile_input found = {first, pose, joint};
-    const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
-    if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
-        return found;
-    }
-    if ((pose == 5) && (joint == 1) && (count == SHORT_TILE)) {
-        /* The usual case, with strides that the compiler knows. */
-        for (int i = 0; i < SHORT_TILE; i++) {
-            for (int number = 0; number < 5; number++) {
-                copy[number][i] = first[i * 5 + number];
-            }
-        }
-    } else {
-        for (int number = 0; number < 5; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < SHORT_TILE; i++) {
-                copy[number][i] = 0;
-            }
-        }
-    }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = SHORT_TILE;
-    return found;
-}
-
-/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
-static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
-    ptrdiff_t out_stride, int last_rows)
-{
-    const int size = (last_rows != 0) ? 16 : 12;
-    int done = 0;
-#ifdef AL5D_LANES
-    for (; done + LANES <= count; done += LANES) {
-        for (int frame = 0; frame < frames; frame++) {
-            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
-        }
-    }
-#endif
-    for (int i = done; i < count; i++) {
-        for (int frame = 0; frame < frames; frame++) {
-            double *const to = out + i * out_stride + frame * size;
-            for (int entry = 0; entry < 12; entry++) {
-                to[entry] = t[frame * 12 + entry][i];
-            }
-            if (last_rows != 0) {
-                to[12] = 0;
-                to[13] = 0;
-                to[14] = 0;
-                to[15] = 1;
-            }
-        }
-    }
-}
-
-/* Writes one row of the result after the other. */
-static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+/* Writes the truth values of each configuration, a byte each. */
+static inline void store_truths(const double (*restrict t)[TILE], int rows, int count, uint8_t *restrict out,
     ptrdiff_t out_stride)
 {
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = (uint8_t)t[row][i];
+        }
+    }
+}
+
+/* The same, one row after the other. */
+static inline void store_truth_rows(const double (*restrict t)[TILE], int rows, int count,
+    uint8_t *restrict out, ptrdiff_t out_stride)
+{
     for (int row = 0; row < rows; row++) {
-        double *const to = out + row * out_stride;
-        if (count == SHORT_TILE) {
-            for (int i = 0; i < SHORT_TILE; i++) {
-                to[i] = t[row][i];
+        uint8_t *const to = out + row * out_stride;
+        if (count == TILE) {
+            for (int i = 0; i < TILE; i++) {
+                to[i] = (t[row][i] > 0) ? 1U : 0U;
             }
         } else {
             for (int i = 0; i < count; i++) {
-                to[i] = t[row][i];
+                to[i] = (uint8_t)t[row][i];
             }
         }
     }
@@ -505,267 +715,382 @@ void al5d_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_join
     }
 }
 
-static inline void al5d_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+static inline void al5d_inverse_tile(const double *restrict base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double (*restrict t)[TILE])
 {
-    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
-        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        const double q234 = q[i * q_pose + 3 * q_joint] + q23;
-        double s1;
-        double c1;
-        al5d_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        t[4][i] = s1;
-        t[14][i] = s1;
-        t[26][i] = s1;
-        t[38][i] = s1;
-        t[0][i] = c1;
-        t[5][i] = c1;
-        double s2;
-        double c2;
-        al5d_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        t[20][i] = s2;
-        t[21][i] = c2;
-        double s23;
-        double c23;
-        al5d_sincos(q23, &s23, &c23);
-        t[32][i] = s23;
-        t[33][i] = c23;
-        double s234;
-        double c234;
-        al5d_sincos(q234, &s234, &c234);
-        t[45][i] = s234;
-        t[58][i] = s234;
-        t[70][i] = s234;
-        t[82][i] = s234;
-        double s5;
-        double c5;
-        al5d_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const double t0 = c234 * s5;
-        t[57][i] = t0;
-        t[69][i] = t0;
-        t[81][i] = t0;
-        const double t1 = -s1;
-        t[1][i] = t1;
-        const double t2 = -c1;
-        t[18][i] = t2;
-        t[30][i] = t2;
-        t[42][i] = t2;
-        const double t3 = -c234;
-        t[44][i] = t3;
-        const double t4 = c1 * c2;
-        t[12][i] = t4;
-        const double t5 = s1 * c2;
-        t[16][i] = t5;
-        const double t6 = t4 * 0.14679;
-        t[27][i] = t6;
-        const double t7 = t5 * 0.14679;
-        t[31][i] = t7;
-        const double t8 = c1 * s2;
-        const double t9 = -t8;
-        t[13][i] = t9;
-        const double t10 = s1 * s2;
-        const double t11 = -t10;
-        t[17][i] = t11;
-        const double t12 = s2 * 0.14679;
-        const double t13 = 0.06858 + t12;
-        t[35][i] = t13;
-        const double t14 = c1 * c23;
-        t[24][i] = t14;
-        const double t15 = s1 * c23;
-        t[28][i] = t15;
-        const double t16 = t14 * 0.17751;
-        const double t17 = t6 + t16;
-        t[39][i] = t17;
-        const double t18 = t15 * 0.17751;
-        const double t19 = t7 + t18;
-        t[43][i] = t19;
-        const double t20 = c1 * s23;
-        const double t21 = -t20;
-        t[25][i] = t21;
-        const double t22 = s1 * s23;
-        const double t23 = -t22;
-        t[29][i] = t23;
-        const double t24 = s23 * 0.17751;
-        const double t25 = t13 + t24;
-        t[47][i] = t25;
-        const double t26 = c1 * c234;
-        t[37][i] = t26;
-        t[50][i] = t26;
-        t[62][i] = t26;
-        t[74][i] = t26;
-        const double t27 = t26 * 0.07719;
-        const double t28 = t17 + t27;
-        t[51][i] = t28;
-        t[63][i] = t28;
-        t[75][i] = t28;
-        const double t29 = c1 * s234;
-        t[36][i] = t29;
-        const double t30 = s1 * c234;
-        t[41][i] = t30;
-        t[54][i] = t30;
-        t[66][i] = t30;
-        t[78][i] = t30;
-        const double t31 = c234 * c5;
-        const double t32 = -t31;
-        t[56][i] = t32;
-        t[68][i] = t32;
-        t[80][i] = t32;
-        const double t33 = t30 * 0.07719;
-        const double t34 = t19 + t33;
-        t[55][i] = t34;
-        t[67][i] = t34;
-        t[79][i] = t34;
-        const double t35 = s1 * s234;
-        t[40][i] = t35;
-        const double t36 = s234 * 0.07719;
-        const double t37 = t25 + t36;
-        t[59][i] = t37;
-        t[71][i] = t37;
-        t[83][i] = t37;
-        const double t38 = s1 * c5;
-        const double t39 = s1 * s5;
-        const double t40 = s5 * t29;
-        const double t41 = t38 + t40;
-        const double t42 = -t41;
-        t[49][i] = t42;
-        t[61][i] = t42;
-        t[73][i] = t42;
-        const double t43 = c5 * t29;
-        const double t44 = t43 - t39;
-        t[48][i] = t44;
-        t[60][i] = t44;
-        t[72][i] = t44;
-        const double t45 = c1 * c5;
-        const double t46 = c1 * s5;
-        const double t47 = s5 * t35;
-        const double t48 = t45 - t47;
-        t[53][i] = t48;
-        t[65][i] = t48;
-        t[77][i] = t48;
-        const double t49 = c5 * t35;
-        const double t50 = t46 + t49;
-        t[52][i] = t50;
-        t[64][i] = t50;
-        t[76][i] = t50;
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double t0 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint];
+        const double t1 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint];
+        const double t2 = t0 + t1;
+        const double t3 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint];
+        const double t4 = t3 + t2;
+        const double t5 = al5d_select_lt(t4, 1000000000000000.0, 1.0, 0.0);
+        const double t6 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint];
+        const double t7 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t8 = t6 + t7;
+        const double t9 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t10 = t9 + t8;
+        const double t11 = t10 - 1.0;
+        const double t12 = t11 * t11;
+        const double t13 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t14 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t15 = t13 + t14;
+        const double t16 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t17 = t16 + t15;
+        const double t18 = t17 - 1.0;
+        const double t19 = t18 * t18;
+        const double t20 = t12 + t19;
+        const double t21 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t22 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t23 = t21 + t22;
+        const double t24 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t25 = t24 + t23;
+        const double t26 = t25 * t25;
+        const double t27 = t26 + t20;
+        const double t28 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t29 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t30 = t28 - t29;
+        const double t31 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] - t30;
+        const double t32 = t31 * t31;
+        const double t33 = t32 + t27;
+        const double t34 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t35 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t36 = t34 - t35;
+        const double t37 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] - t36;
+        const double t38 = t37 * t37;
+        const double t39 = t38 + t33;
+        const double t40 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t41 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t42 = t40 - t41;
+        const double t43 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] - t42;
+        const double t44 = t43 * t43;
+        const double t45 = t44 + t39;
+        const double t46 = al5d_select_lt(t45, 9e-12, t5, 0.0);
+        const double t47 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * 0.07719;
+        const double t48 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] - t47;
+        const double t49 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * 0.07719;
+        const double t50 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] - t49;
+        const double t51 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * 0.07719;
+        const double t52 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] - t51;
+        const double t53 = t52 - 0.06858;
+        const double t54 = t53 * t53;
+        const double t55 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint];
+        const double t56 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint];
+        const double t57 = t55 + t56;
+        const double t58 = t57 * 0.0530571042;
+        const double t59 = t58 + 5.30571042e-22;
+        const double t60 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t48;
+        const double t61 = t48 * t48;
+        const double t62 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t50;
+        const double t63 = t60 + t62;
+        const double t64 = t50 * t50;
+        const double t65 = t61 + t64;
+        const double t66 = al5d_sqrt(t57);
+        const double t67 = al5d_sqrt(t65);
+        const double t68 = 1.0 / t66;
+        const double t69 = -t68;
+        const double t70 = al5d_select_lt(t63, 0.0, t69, t68);
+        const double t71 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t70;
+        const double t72 = al5d_select_lt(t57, 1e-20, 1.0, t71);
+        const double t73 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t70;
+        const double t74 = al5d_select_lt(t57, 1e-20, 0.0, t73);
+        const double t75 = al5d_select_lt(t65, t59, t72, t48);
+        const double t76 = al5d_select_lt(t65, t59, t74, t50);
+        const double t77 = al5d_select_lt(t65, t59, 1.0, t67);
+        const double t78 = 1.0 / t77;
+        const double t79 = t75 * t78;
+        const double t80 = t76 * t78;
+        const double t81 = t48 * t80;
+        const double t82 = t50 * t79;
+        const double t83 = t81 - t82;
+        const double t84 = t83 * t83;
+        const double t85 = t67 * t67;
+        const double t86 = t54 + t85;
+        const double t87 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t79;
+        const double t88 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t80;
+        const double t89 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t79;
+        const double t90 = t88 - t89;
+        const double t91 = t90 * t90;
+        const double t92 = al5d_select_lt(t91, 1e-12, 1.0, 0.0);
+        const double t93 = al5d_select_lt(t84, 5.30571042e-14, t92, 0.0);
+        const double t94 = t46 * t93;
+        const double t95 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t80;
+        const double t96 = t87 + t95;
+        const double t97 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t96;
+        const double t98 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t79;
+        const double t99 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t79;
+        const double t100 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t80;
+        const double t101 = t100 - t99;
+        const double t102 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t80;
+        const double t103 = t98 + t102;
+        const double t104 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t103;
+        const double t105 = t104 - t97;
+        const double t106 = t86 * 19.18892784740154;
+        const double t107 = t86 + 0.009962496;
+        const double t108 = t106 - 2.0181089442858653;
+        const double t109 = t106 - 0.018108944285865226;
+        const double t110 = t108 * t109;
+        const double t111 = t109 - 1.0;
+        const double t112 = t109 * 0.17751;
+        const double t113 = t112 - 0.03072;
+        const double t114 = t107 * 9.49037949676099e-11;
+        const double t115 = al5d_select_lt(t110, t114, 1.0, 0.0);
+        const double t116 = t115 * t94;
+        t[20][i] = t116;
+        t[21][i] = t116;
+        t[22][i] = t116;
+        t[23][i] = t116;
+        const double t117 = t107 * 9.267948727305654e-14;
+        const double t118 = -t110;
+        const double t119 = al5d_select_lt(t117, t118, t118, 0.0);
+        const double t120 = al5d_atan2(t76, t75);
+        t[0][i] = t120;
+        t[5][i] = t120;
+        const double t121 = al5d_atan2(t105, t101);
+        t[14][i] = t121;
+        t[19][i] = t121;
+        const double t122 = al5d_atan2(t53, t67);
+        const double t123 = al5d_atan2(base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint], t96);
+        const double t124 = al5d_sqrt(t119);
+        const double t125 = t124 * 0.17751;
+        const double t126 = 3.141592653589793 - t121;
+        const double t127 = t120 + 3.141592653589793;
+        const double t128 = t126 - 6.283185307179586;
+        const double t129 = al5d_select_lt(3.141592653589793, t126, t128, t126);
+        const double t130 = -t129;
+        t[4][i] = t130;
+        t[9][i] = t130;
+        const double t131 = t127 - 6.283185307179586;
+        const double t132 = al5d_select_lt(3.141592653589793, t127, t131, t127);
+        t[10][i] = t132;
+        t[15][i] = t132;
+        const double t133 = al5d_atan2(t124, t111);
+        t[7][i] = t133;
+        t[12][i] = t133;
+        const double t134 = al5d_atan2(t125, t113);
+        const double t135 = -t133;
+        t[2][i] = t135;
+        t[17][i] = t135;
+        const double t136 = t134 + t122;
+        const double t137 = t136 - 6.283185307179586;
+        const double t138 = al5d_select_lt(3.141592653589793, t136, t137, t136);
+        const double t139 = t136 - 3.141592653589793;
+        const double t140 = 6.283185307179586 + t138;
+        const double t141 = al5d_select_lt(t138, (-3.141592653589793), t140, t138);
+        t[1][i] = t141;
+        const double t142 = t123 + t133;
+        const double t143 = t123 - t133;
+        const double t144 = t142 - t134;
+        const double t145 = t144 - t122;
+        const double t146 = t134 + t143;
+        const double t147 = t134 - t122;
+        const double t148 = t146 - t122;
+        const double t149 = t145 - 6.283185307179586;
+        const double t150 = al5d_select_lt(3.141592653589793, t145, t149, t145);
+        const double t151 = t150 - 6.283185307179586;
+        const double t152 = al5d_select_lt(3.141592653589793, t150, t151, t150);
+        const double t153 = 6.283185307179586 + t152;
+        const double t154 = al5d_select_lt(t152, (-3.141592653589793), t153, t152);
+        const double t155 = 6.283185307179586 + t154;
+        const double t156 = al5d_select_lt(t154, (-3.141592653589793), t155, t154);
+        t[3][i] = t156;
+        const double t157 = 6.283185307179586 + t147;
+        const double t158 = -t147;
+        const double t159 = al5d_select_lt(3.141592653589793, t158, t157, t147);
+        const double t160 = 3.141592653589793 + t147;
+        const double t161 = 6.283185307179586 - t159;
+        const double t162 = -t159;
+        const double t163 = al5d_select_lt(3.141592653589793, t159, t161, t162);
+        t[6][i] = t163;
+        const double t164 = t148 - 6.283185307179586;
+        const double t165 = al5d_select_lt(3.141592653589793, t148, t164, t148);
+        const double t166 = t165 - 6.283185307179586;
+        const double t167 = al5d_select_lt(3.141592653589793, t165, t166, t165);
+        const double t168 = 6.283185307179586 + t167;
+        const double t169 = al5d_select_lt(t167, (-3.141592653589793), t168, t167);
+        const double t170 = 6.283185307179586 + t169;
+        const double t171 = al5d_select_lt(t169, (-3.141592653589793), t170, t169);
+        t[8][i] = t171;
+        const double t172 = 6.283185307179586 + t139;
+        const double t173 = -t139;
+        const double t174 = al5d_select_lt(3.141592653589793, t173, t172, t139);
+        const double t175 = -t174;
+        t[11][i] = t175;
+        const double t176 = 6.283185307179586 + t145;
+        const double t177 = -t145;
+        const double t178 = al5d_select_lt(3.141592653589793, t177, t176, t145);
+        const double t179 = 6.283185307179586 + t178;
+        const double t180 = -t178;
+        const double t181 = al5d_select_lt(3.141592653589793, t180, t179, t178);
+        const double t182 = 6.283185307179586 - t181;
+        const double t183 = -t181;
+        const double t184 = al5d_select_lt(3.141592653589793, t181, t182, t183);
+        const double t185 = 6.283185307179586 + t184;
+        const double t186 = al5d_select_lt(t184, (-3.141592653589793), t185, t184);
+        t[13][i] = t186;
+        const double t187 = t160 - 6.283185307179586;
+        const double t188 = al5d_select_lt(3.141592653589793, t160, t187, t160);
+        t[16][i] = t188;
+        const double t189 = 6.283185307179586 + t148;
+        const double t190 = -t148;
+        const double t191 = al5d_select_lt(3.141592653589793, t190, t189, t148);
+        const double t192 = 6.283185307179586 + t191;
+        const double t193 = -t191;
+        const double t194 = al5d_select_lt(3.141592653589793, t193, t192, t191);
+        const double t195 = 6.283185307179586 - t194;
+        const double t196 = -t194;
+        const double t197 = al5d_select_lt(3.141592653589793, t194, t195, t196);
+        const double t198 = 6.283185307179586 + t197;
+        const double t199 = al5d_select_lt(t197, (-3.141592653589793), t198, t197);
+        t[18][i] = t199;
     }
 }
 
-void al5d_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
+void al5d_inverse_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout)
 {
-    double q_copy[5][SHORT_TILE];
-    double t[84][SHORT_TILE];
-    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+    double base_T_tool_copy[12][TILE];
+    double t[24][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     if (n == 0) {
         return;
     }
-    tile_input q_tile = find_tile_5_short(q, q_pose, q_joint, n, q_copy);
-    for (int i = 0; i < SHORT_TILE; i++) {
-        t[2][i] = 0.0;
-        t[3][i] = 0.0;
-        t[6][i] = 0.0;
-        t[7][i] = 0.0;
-        t[8][i] = 0.0;
-        t[9][i] = 0.0;
-        t[10][i] = 1.0;
-        t[11][i] = 0.06858;
-        t[15][i] = 0.0;
-        t[19][i] = 0.0;
-        t[22][i] = 0.0;
-        t[23][i] = 0.06858;
-        t[34][i] = 0.0;
-        t[46][i] = 0.0;
-    }
-    for (size_t start = 0; start < n; start += SHORT_TILE) {
-        const size_t left = n - start;
-        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
-        const ptrdiff_t first = (ptrdiff_t)start;
-        al5d_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
-        if (left > SHORT_TILE) {
-            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
-        }
-        if (layout == 2) {
-            store_rows_short(results, 84, count, base_T_frames + first, base_T_frames_stride);
-        } else if (layout == 1) {
-            store_matrices_short(results, 7, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
-        } else {
-            store_matrices_short(results, 7, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
-        }
-    }
-}
-
-AL5D_INLINE void al5d_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
-{
-#ifdef AL5D_APART
-    AL5D_APART
-#endif
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        const double q234 = q[i * q_pose + 3 * q_joint] + q23;
-        double s1;
-        double c1;
-        al5d_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        double s2;
-        double c2;
-        al5d_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        double s23;
-        double c23;
-        al5d_sincos(q23, &s23, &c23);
-        double s234;
-        double c234;
-        al5d_sincos(q234, &s234, &c234);
-        const double t0 = c234 * 0.07719;
-        const double t1 = s234 * 0.07719;
-        const double t2 = c2 * 0.14679;
-        const double t3 = t0 + t2;
-        const double t4 = c23 * 0.17751;
-        const double t5 = t4 + t3;
-        const double t6 = c1 * t5;
-        t[0 * t_row + i] = t6;
-        const double t7 = s1 * t5;
-        t[1 * t_row + i] = t7;
-        const double t8 = s2 * 0.14679;
-        const double t9 = t1 + t8;
-        const double t10 = s23 * 0.17751;
-        const double t11 = t10 + t9;
-        const double t12 = 0.06858 + t11;
-        t[2 * t_row + i] = t12;
-    }
-}
-
-void al5d_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
-{
-    double q_copy[5][TILE];
-    double t[3][TILE];
-    const double (*const results)[TILE] = (const double (*)[TILE])t;
-
-    size_t begin = 0;
-#ifdef AL5D_APART
-    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
-        /* Neighbours in, neighbours out: full tiles are written where they belong. */
-        for (; n - begin >= TILE; begin += TILE) {
-            double *const to = base_p_tool + begin;
-            al5d_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
-        }
-    }
-#endif
-    if (n == begin) {
-        return;
-    }
-    tile_input q_tile = find_tile_5(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
-    for (size_t start = begin; start < n; start += TILE) {
+    tile_input base_T_tool_tile = find_tile_12_of_16(base_T_tool, base_T_tool_pose, base_T_tool_joint, n, base_T_tool_copy);
+    for (size_t start = 0; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        al5d_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        al5d_inverse_tile(base_T_tool_tile.first, base_T_tool_tile.pose, base_T_tool_tile.joint, t);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            base_T_tool_tile = find_tile_12_of_16(base_T_tool + (first + TILE) * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint, left - TILE, base_T_tool_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
+            store_rows(results, 20, count, solutions + first, solutions_stride);
+            store_truth_rows(results + 20, 4, count, valid + first, valid_stride);
         } else {
-            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+            store_numbers(results, 20, count, solutions + first * solutions_stride, solutions_stride);
+            store_truths(results + 20, 4, count, valid + first * valid_stride, valid_stride);
+        }
+    }
+}
+
+/* Targets that are looked at together, their solutions in rows. */
+enum { NEAREST_BLOCK = 32 };
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+AL5D_INLINE double al5d_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
+{
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+/* Takes one branch where its solution is nearer than the nearest so far. */
+AL5D_INLINE void al5d_take_nearer(const double (*restrict s)[NEAREST_BLOCK], const uint8_t *restrict valid,
+    const double (*restrict w)[NEAREST_BLOCK], double (*restrict chosen)[NEAREST_BLOCK], double *restrict least)
+{
+    for (int i = 0; i < NEAREST_BLOCK; i++) {
+        const double moved0 = al5d_turned(s[0][i], w[0][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart0 = moved0 - w[0][i];
+        const double square0 = apart0 * apart0;
+        const double sum0 = square0;
+        const double moved1 = al5d_turned(s[1][i], w[1][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart1 = moved1 - w[1][i];
+        const double square1 = apart1 * apart1;
+        const double sum1 = sum0 + square1;
+        const double moved2 = al5d_turned(s[2][i], w[2][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart2 = moved2 - w[2][i];
+        const double square2 = apart2 * apart2;
+        const double sum2 = sum1 + square2;
+        const double moved3 = al5d_turned(s[3][i], w[3][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart3 = moved3 - w[3][i];
+        const double square3 = apart3 * apart3;
+        const double sum3 = sum2 + square3;
+        const double moved4 = al5d_turned(s[4][i], w[4][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart4 = moved4 - w[4][i];
+        const double square4 = apart4 * apart4;
+        const double sum4 = sum3 + square4;
+        const double distance = (valid[i] != 0U) ? sum4 : 1.7976931348623157e+308;
+        const double before = least[i];
+        chosen[0][i] = (distance < before) ? moved0 : chosen[0][i];
+        chosen[1][i] = (distance < before) ? moved1 : chosen[1][i];
+        chosen[2][i] = (distance < before) ? moved2 : chosen[2][i];
+        chosen[3][i] = (distance < before) ? moved3 : chosen[3][i];
+        chosen[4][i] = (distance < before) ? moved4 : chosen[4][i];
+        least[i] = (distance < before) ? distance : before;
+    }
+}
+
+void al5d_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const double *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, double *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout)
+{
+    double solutions[AL5D_BRANCHES * AL5D_DOF][NEAREST_BLOCK];
+    uint8_t valid[AL5D_BRANCHES][NEAREST_BLOCK];
+    double w[AL5D_DOF][NEAREST_BLOCK];
+    double chosen[AL5D_DOF][NEAREST_BLOCK];
+    double least[NEAREST_BLOCK];
+
+    for (size_t start = 0; start < n; start += NEAREST_BLOCK) {
+        const int count = (n - start < NEAREST_BLOCK) ? (int)(n - start) : NEAREST_BLOCK;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        al5d_inverse_batch((size_t)count, base_T_tool + first * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint,
+            &solutions[0][0], NEAREST_BLOCK, &valid[0][0], NEAREST_BLOCK, 2);
+
+        /* A last block that is not full is filled up with zeros. */
+        for (int i = count; i < NEAREST_BLOCK; i++) {
+            for (int row = 0; row < AL5D_BRANCHES * AL5D_DOF; row++) {
+                solutions[row][i] = 0;
+            }
+            for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+                valid[branch][i] = 0;
+            }
+        }
+        for (int joint = 0; joint < AL5D_DOF; joint++) {
+            for (int i = 0; i < NEAREST_BLOCK; i++) {
+                w[joint][i] = (i < count) ? q0[(first + i) * q0_pose + joint * q0_joint] : 0.0;
+                chosen[joint][i] = 0.0;
+            }
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            least[i] = 1.7976931348623157e+308;
+        }
+        for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+            al5d_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * AL5D_DOF], valid[branch],
+                (const double (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        for (int i = 0; i < count; i++) {
+            int serves = (least[i] < 1.7976931348623157e+308) ? 1 : 0;
+            serves = ((w[0][i] >= -62831.853071795864) && (w[0][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[1][i] >= -62831.853071795864) && (w[1][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[2][i] >= -62831.853071795864) && (w[2][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[3][i] >= -62831.853071795864) && (w[3][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[4][i] >= -62831.853071795864) && (w[4][i] <= 62831.853071795864)) ? serves : 0;
+            const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+            const double infinite = huge * huge;
+            const double nothing = infinite - infinite; /* 0 or NaN */
+            const ptrdiff_t place = first + i;
+            for (int joint = 0; joint < AL5D_DOF; joint++) {
+                q[(layout == 2) ? joint * q_stride + place : place * q_stride + joint] = chosen[joint][i] + nothing;
+            }
+            exists[(layout == 2) ? place : place * exists_stride] = (uint8_t)serves;
         }
     }
 }

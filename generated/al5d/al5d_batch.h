@@ -1,4 +1,4 @@
-/* al5d_batch.h - Batches: forward kinematics of al5d, double precision
+/* al5d_batch.h - Batches: kinematics of al5d, double precision
  *
  * Lynxmotion AL5D, five joints and the gripper frame
  *
@@ -36,11 +36,11 @@ extern "C" {
 /* Pose of the tool in the base frame. 12 numbers for each configuration. */
 void al5d_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout);
 
-/* Poses of all links and named frames in the base frame. 84 numbers for each configuration. */
-void al5d_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout);
+/* Joint values of all branches for a pose of the tool, and which of them are solutions. 24 numbers for each configuration. */
+void al5d_inverse_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout);
 
-/* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
-void al5d_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
+/* Of all solutions of al5d_inverse the nearest one to a joint vector each, as al5d_inverse_nearest has it; exists is 1 or 0. */
+void al5d_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const double *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, double *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout);
 
 #ifdef __cplusplus
 }

@@ -8,6 +8,7 @@
  */
 
 /* On a board: call al5d_selftest() and compare with AL5D_TOLERANCE.
+ * Call al5d_selftest_inverse() and compare with AL5D_INVERSE_TOLERANCE.
  * Call al5d_selftest_sincos() and compare with AL5D_PAIR_TOLERANCE.
  * On a host: cc -std=c99 -DKINEGEN_SELFTEST_MAIN al5d_selftest.c al5d.c && ./a.out
  */
@@ -17,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdbool.h>
+#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdio.h>
 #endif
 
@@ -96,7 +97,7 @@ static void al5d_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +134,10 @@ static void al5d_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -195,6 +196,16 @@ static double al5d_worst_constant(double worst, double found, double expected)
     return ((found >= expected) && (found <= expected)) ? worst : -1.0;
 }
 
+/* The same angle, at most half a turn away from what is expected; a turn of 0 means that it is not an angle. */
+static double al5d_turned(double found, double expected, double turn)
+{
+    const double difference = found - expected;
+    const double twice = difference + difference;
+    const double above = (twice > turn) ? turn : 0.0;
+    const double below = (twice < -turn) ? turn : 0.0;
+    return (found - above) + below;
+}
+
 double al5d_selftest(void)
 {
     double worst = 0.0;
@@ -216,29 +227,60 @@ double al5d_selftest(void)
                 }
             }
         }
-        {
-            double base_T_frames[AL5D_FRAMES][16];
-            al5d_frames(given_q, base_T_frames);
-            const double *const found = &base_T_frames[0][0];
-            for (int frame = 0; frame < 7; frame++) {
-                for (int entry = 0; entry < 12; entry++) {
-                    const double accepted = al5d_read(&al5d_frames_accepted[(frame * 12) + entry]);
-                    worst = al5d_worst_part(worst, found[(frame * 16) + entry], al5d_read(&al5d_frames_expected[vector][(frame * 12) + entry]), accepted);
-                }
-                for (int entry = 12; entry < 16; entry++) {
-                    const double constant = (entry == 15) ? 1.0 : 0.0;
-                    worst = al5d_worst_constant(worst, found[(frame * 16) + entry], constant);
-                }
+    }
+    return worst;
+}
+
+/* How far the chosen solution is from the joint vector that it has to be nearest to; -1 if there is none, or if one is
+   chosen for a joint vector that is too far away. The first entry of wanted is overwritten. */
+static double al5d_choice(const double pose[16], double wanted[AL5D_DOF], const double *extents)
+{
+    double chosen[AL5D_DOF];
+    double worst = (al5d_inverse_nearest(pose, wanted, chosen) == 1) ? 0.0 : -1.0;
+    for (int joint = 0; joint < AL5D_DOF; joint++) {
+        worst = al5d_worst_part(worst, chosen[joint], wanted[joint], al5d_read(&extents[joint]));
+    }
+    wanted[0] = 1.7976931348623157e+308;
+    worst = (al5d_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
+    for (int joint = 0; joint < AL5D_DOF; joint++) {
+        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
+        worst = is_number ? -1.0 : worst;
+    }
+    return worst;
+}
+
+double al5d_selftest_inverse(void)
+{
+    static const double turns[AL5D_DOF] AL5D_FLASH = {6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586};
+    static const double extents[AL5D_DOF] AL5D_FLASH = {1.0, 1.0, 1.0, 1.0, 1.0};
+    double worst = 0.0;
+    for (int target = 0; target < AL5D_TARGETS; target++) {
+        double pose[16];
+        double wanted[AL5D_DOF];
+        al5d_load(pose, al5d_inverse_targets[target], 16);
+        al5d_load(wanted, al5d_inverse_joints[target], AL5D_DOF);
+        double nearest = -1.0;
+        double solutions[AL5D_BRANCHES][AL5D_DOF];
+        uint8_t valid[AL5D_BRANCHES];
+        al5d_inverse(pose, solutions, valid);
+        for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+            double distance = 0.0;
+            for (int joint = 0; joint < AL5D_DOF; joint++) {
+                const double found = solutions[branch][joint];
+                const double near = al5d_turned(found, wanted[joint], al5d_read(&turns[joint]));
+                distance = al5d_worst_part(distance, near, wanted[joint], al5d_read(&extents[joint]));
+            }
+            if ((valid[branch] != 0U) && (distance >= 0.0) &&
+                ((nearest < 0.0) || (distance < nearest))) {
+                nearest = distance;
             }
         }
-        {
-            double base_p_tool[3];
-            al5d_position(given_q, base_p_tool);
-            const double *const found = &base_p_tool[0];
-            for (int entry = 0; entry < 3; entry++) {
-                const double accepted = al5d_read(&al5d_position_accepted[entry]);
-                worst = al5d_worst_part(worst, found[entry], al5d_read(&al5d_position_expected[vector][entry]), accepted);
-            }
+        const double apart = al5d_choice(pose, wanted, extents);
+        if ((nearest >= 0.0) && ((apart < 0.0) || (apart > nearest))) {
+            nearest = apart;
+        }
+        if (!((worst >= 0.0) && (nearest >= 0.0) && (nearest <= worst))) {
+            worst = ((worst < 0.0) || (nearest < 0.0)) ? -1.0 : nearest;
         }
     }
     return worst;
@@ -266,10 +308,14 @@ int main(void)
     const bool right = (worst >= 0.0) && (worst <= AL5D_TOLERANCE);
     (void)printf("al5d: %d vectors, largest difference %.3g of the accepted one: %s\n", AL5D_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
+    const double off = al5d_selftest_inverse();
+    const bool solved = (off >= 0.0) && (off <= AL5D_INVERSE_TOLERANCE);
+    (void)printf("al5d: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", AL5D_TARGETS,
+                 (double)off, (double)AL5D_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = al5d_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= AL5D_PAIR_TOLERANCE);
     (void)printf("al5d: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", AL5D_PAIRS,
                  (double)error, (double)AL5D_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
-    return (right && exact) ? 0 : 1;
+    return (right && solved && exact) ? 0 : 1;
 }
 #endif

@@ -32,19 +32,22 @@ from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
-from ._names import NamedKernel
+from ._measures import condition_number, manipulability
 from ._parameters import Values
 
 __all__ = [
     "DOF",
-    "FRAMES",
     "JOINTS",
     "LIMITS",
+    "PARAMETERS",
     "Params",
     "backend",
     "clamp",
+    "condition_number",
     "fk",
-    "frames",
+    "fk_jacobian",
+    "manipulability",
+    "parameter_jacobian",
     "position",
     "within_limits",
 ]
@@ -92,12 +95,14 @@ clamp = Clamp(
     """,
 )
 
-FRAMES: tuple[str, ...] = (
-    "joint_1",
-    "joint_2",
-    "tool",
+PARAMETERS: tuple[str, ...] = (
+    "L1",
+    "L2",
+    "tilt",
+    "skew",
+    "zero_2",
 )
-"""Frames of the result of `frames`, in its order."""
+"""Parameters of the columns of `parameter_jacobian`, in its order."""
 
 
 class Params(NamedTuple):
@@ -113,7 +118,7 @@ class Params(NamedTuple):
     zero_2: Values = 0.0019198621771937625
 
 
-_native = load_native("7c8668498d68bbc3")
+_native = load_native("5c517707aab65e1b")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -132,25 +137,6 @@ fk: Kernel[Floats] = Kernel(
     """,
 )
 
-frames: NamedKernel[Floats] = NamedKernel(
-    "frames",
-    module=__name__,
-    symbol="calibrated_2r",
-    inputs=(Array("q", (2,)),),
-    results=(Array("base_T_frames", (3, 4, 4), True),),
-    reals=("float64", "float32"),
-    formula=_numpy.frames,
-    native=_native,
-    params=Params(),
-    doc="""Poses of all links and named frames in the base frame.
-
-    q of shape (..., 2) gives (..., 3, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    31 multiplications, 13 additions, 3 changes of sign, 4 sine-cosine pairs for a configuration.
-    """,
-    names=FRAMES,
-    word="frame",
-)
-
 position: Kernel[Floats] = Kernel(
     "position",
     module=__name__,
@@ -165,6 +151,44 @@ position: Kernel[Floats] = Kernel(
 
     q of shape (..., 2) gives (..., 3); angles in rad, lengths in m.
     12 multiplications, 6 additions, 4 sine-cosine pairs for a configuration.
+    """,
+)
+
+fk_jacobian: Kernel[tuple[Floats, Floats]] = Kernel(
+    "fk_jacobian",
+    module=__name__,
+    symbol="calibrated_2r",
+    inputs=(Array("q", (2,)),),
+    results=(Array("base_T_tool", (4, 4), True), Array("jacobian", (6, 2))),
+    reals=("float64", "float32"),
+    formula=_numpy.fk_jacobian,
+    native=_native,
+    params=Params(),
+    doc="""Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 2) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 2); angles in rad, lengths in m.
+    34 multiplications, 13 additions, 2 changes of sign, 4 sine-cosine pairs for a configuration.
+    """,
+)
+
+parameter_jacobian: Kernel[Floats] = Kernel(
+    "parameter_jacobian",
+    module=__name__,
+    symbol="calibrated_2r",
+    inputs=(Array("q", (2,)),),
+    results=(Array("jacobian", (6, 5)),),
+    reals=("float64", "float32"),
+    formula=_numpy.parameter_jacobian,
+    native=_native,
+    params=Params(),
+    doc="""Motion of the tool for each parameter.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 2) gives (..., 6, 5); angles in rad, lengths in m.
+    37 multiplications, 12 additions, 6 changes of sign, 4 sine-cosine pairs for a configuration.
     """,
 )
 

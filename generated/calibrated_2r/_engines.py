@@ -26,11 +26,23 @@ _LARGE = 1 << 24  # bytes of a result whose memory is worth being used again
 
 
 class Array(NamedTuple):
-    """One input or result of a kernel, for one configuration: its name, its shape, and whether it holds 4x4 poses."""
+    """One input or result of a kernel, for one configuration.
+
+    Attributes:
+        name: Its name.
+        shape: Its shape.
+        is_pose: Whether it holds 4x4 poses.
+        is_truth: Whether it holds truth values.
+    """
 
     name: str
     shape: tuple[int, ...]
     is_pose: bool = False
+    is_truth: bool = False
+
+    def dtype(self, real: np.dtype[Any]) -> np.dtype[Any]:
+        """Type of its entries, where numbers have the type `real`."""
+        return np.dtype(np.bool_) if self.is_truth else real
 
     @property
     def size(self) -> int:
@@ -78,7 +90,7 @@ class Compiled:
     ) -> None:
         self._ffi, self.variant = native.ffi, native.ffi.string(native.lib.kinegen_variant()).decode()
         self._arrays = getattr(native.lib, f"{symbol}_{name}_arrays")
-        self._results, self._empty_large = len(results), getattr(native, "empty_large", None)
+        self._results, self._empty_large = results, getattr(native, "empty_large", None)
         prefixes = {real: symbol if real == np.float64 else f"{symbol}_f32" for real in reals}
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
@@ -116,9 +128,9 @@ class Compiled:
     def bind(self, arrays: Sequence[Floats], params: Any) -> Callable[[], object]:
         """The scalar kernel with its pointers filled in, inputs first."""
         real = arrays[0].dtype
-        items = "double[]" if real == np.float64 else "float[]"
+        items = {np.dtype(np.float64): "double[]", np.dtype(np.float32): "float[]", np.dtype(np.bool_): "uint8_t[]"}
         structs = self._prepared(params)[1]
-        buffers = (self._ffi.from_buffer(items, array) for array in arrays)
+        buffers = (self._ffi.from_buffer(items[array.dtype], array) for array in arrays)
         return partial(self._pointers[real], *((structs[real],) if structs else ()), *buffers)
 
     def fill(
@@ -128,7 +140,7 @@ class Compiled:
 
         Inputs come first, then the values of `varied` parameters if these are arrays, then results.
         """
-        first = len(arrays) - self._results
+        first = len(arrays) - len(self._results)
         inputs, results = arrays[: first - varied], arrays[first:]
         call = self.direct(params)
         if varied:
@@ -142,8 +154,10 @@ class Compiled:
             return
         # Another type or stride: through copies of this block.
         points = [np.array(array, real, order="C") for array in inputs]
+        kinds = [each.dtype(real) for each in self._results]
         buffers = [
-            np.empty(array.shape[::-1], real).T if code == 2 else np.empty(array.shape, real) for array in results
+            np.empty(array.shape[::-1], kind).T if code == 2 else np.empty(array.shape, kind)
+            for array, kind in zip(results, kinds, strict=True)
         ]
         if not call(*map(id, points), *map(id, buffers), code):
             shapes = ", ".join(str(array.shape) for array in arrays)

@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,161 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
@@ -106,119 +259,6 @@ def fk(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     )
 
 
-def frames(q: Floats, params: Any) -> tuple[Floats | float, ...]:
-    """Poses of all links and named frames in the base frame.
-
-    Args:
-        q: Joint vector (2, N).
-        params: Runtime parameters.
-
-    Returns:
-        The computed entries, one array (N,) or number each.
-    """
-    params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
-    # Angle sums: qu3 of joint_2 and zero_2
-    qu3 = q[1] + params.zero_2
-
-    # Sines and cosines
-    su1, cu1 = _sincos(params.tilt)
-    su2, cu2 = _sincos(params.skew)
-    s1, c1 = _sincos(q[0])
-    su3, cu3 = _sincos(qu3)
-
-    # joint_1, skew and tilt: frame joint_1
-    t0 = cu1 * cu2
-    t1 = s1 * cu1
-    t2 = -t1
-    t3 = s1 * su1
-    t4 = c1 * cu1
-    t5 = cu1 * su2
-    t6 = -t5
-    t7 = c1 * su1
-    t8 = c1 * cu2
-    t9 = su2 * t3
-    t10 = t8 - t9
-    t11 = cu2 * t3
-
-    # joint_1 and skew: frame joint_1
-    t12 = c1 * su2
-    t13 = t12 + t11
-    t14 = params.L1 * c1
-    t15 = s1 * cu2
-    t16 = cu2 * t7
-    t17 = su2 * t7
-    t18 = t15 + t17
-    t19 = s1 * su2
-    t20 = t19 - t16
-    t21 = params.L1 * s1
-
-    # joint_2 and zero_2: frame joint_2
-    t22 = su3 * t1
-    t23 = cu3 * t1
-    t24 = cu3 * t10
-    t25 = t24 - t22
-    t26 = su3 * t10
-    t27 = t26 + t23
-    t28 = -t27
-    t29 = params.L2 * t25
-    t30 = t14 + t29
-    t31 = su3 * t4
-    t32 = cu3 * t4
-    t33 = cu3 * t18
-    t34 = t31 + t33
-    t35 = su3 * t18
-    t36 = t32 - t35
-    t37 = params.L2 * t34
-    t38 = t21 + t37
-
-    # joint_2, zero_2 and tilt: frame joint_2
-    t39 = su3 * su1
-    t40 = su3 * t5
-    t41 = cu3 * t5
-    t42 = t39 - t41
-    t43 = cu3 * su1
-    t44 = t40 + t43
-    t45 = params.L2 * t42
-    return (
-        t10,
-        t2,
-        t13,
-        t14,
-        t18,
-        t4,
-        t20,
-        t21,
-        t6,
-        su1,
-        t0,
-        0.0,
-        t25,
-        t28,
-        t13,
-        t30,
-        t34,
-        t36,
-        t20,
-        t38,
-        t42,
-        t44,
-        t0,
-        t45,
-        t25,
-        t28,
-        t13,
-        t30,
-        t34,
-        t36,
-        t20,
-        t38,
-        t42,
-        t44,
-        t0,
-        t45,
-    )
-
-
 def position(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     """Position of the tool's origin in the base frame.
 
@@ -265,4 +305,232 @@ def position(q: Floats, params: Any) -> tuple[Floats | float, ...]:
         t14,
         t16,
         t10,
+    )
+
+
+def fk_jacobian(q: Floats, params: Any) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (2, N).
+        params: Runtime parameters.
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
+    # Angle sums: qu3 of joint_2 and zero_2
+    qu3 = q[1] + params.zero_2
+
+    # Sines and cosines
+    su1, cu1 = _sincos(params.tilt)
+    su2, cu2 = _sincos(params.skew)
+    s1, c1 = _sincos(q[0])
+    su3, cu3 = _sincos(qu3)
+
+    # joint_1, skew and tilt: all results
+    t0 = cu1 * cu2
+    t1 = s1 * su1
+    t2 = c1 * su1
+    t3 = c1 * cu2
+    t4 = su2 * t1
+    t5 = t4 - t3
+    t6 = cu2 * t1
+    t7 = s1 * cu2
+    t8 = cu2 * t2
+    t9 = su2 * t2
+    t10 = t7 + t9
+    t11 = cu1 * su2
+
+    # joint_1, joint_2, zero_2 and tilt: rotation, position and linear part
+    t12 = s1 * cu1
+    t13 = c1 * cu1
+    t14 = su3 * t12
+    t15 = cu3 * t12
+    t16 = cu3 * t5
+    t17 = t14 + t16
+    t18 = su3 * t5
+    t19 = t18 - t15
+    t20 = params.L2 * t19
+    t21 = -t17
+    t22 = params.L2 * t17
+    t23 = su3 * t13
+
+    # joint_2, zero_2 and tilt: rotation, position and linear part
+    t24 = cu3 * t13
+    t25 = cu3 * t10
+    t26 = t23 + t25
+    t27 = su3 * t10
+    t28 = t24 - t27
+    t29 = params.L2 * t28
+    t30 = params.L2 * t26
+    t31 = su3 * su1
+    t32 = su3 * t11
+    t33 = cu3 * t11
+    t34 = t31 - t33
+    t35 = cu3 * su1
+    t36 = t32 + t35
+
+    # joint_1, joint_2, zero_2, skew and tilt: all results
+    t37 = params.L2 * t34
+    t38 = params.L2 * t36
+    t39 = c1 * su2
+    t40 = t39 + t6
+    t41 = s1 * su2
+    t42 = t41 - t8
+
+    # joint_1: position and linear part
+    t43 = params.L1 * c1
+    t44 = t43 - t22
+    t45 = params.L1 * s1
+    t46 = t45 + t30
+    t47 = -t46
+    return (
+        t21,
+        t19,
+        t40,
+        t44,
+        t26,
+        t28,
+        t42,
+        t46,
+        t34,
+        t36,
+        t0,
+        t37,
+        t47,
+        t20,
+        t44,
+        t29,
+        0.0,
+        t38,
+        0.0,
+        t40,
+        0.0,
+        t42,
+        1.0,
+        t0,
+    )
+
+
+def parameter_jacobian(q: Floats, params: Any) -> tuple[Floats | float, ...]:
+    """Motion of the tool for each parameter.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (2, N).
+        params: Runtime parameters.
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    params = params._make(map(q.dtype.type, params))  # in the number type of q, as in the C files
+    # Angle sums: qu3 of joint_2 and zero_2
+    qu3 = q[1] + params.zero_2
+
+    # Sines and cosines
+    su1, cu1 = _sincos(params.tilt)
+    su2, cu2 = _sincos(params.skew)
+    s1, c1 = _sincos(q[0])
+    su3, cu3 = _sincos(qu3)
+
+    # joint_1, joint_2, zero_2, skew and tilt: linear part and angular part
+    t0 = s1 * su1
+    t1 = c1 * su1
+    t2 = su3 * su1
+    t3 = c1 * cu2
+    t4 = su2 * t0
+    t5 = t3 - t4
+    t6 = cu3 * t5
+    t7 = cu2 * t0
+    t8 = s1 * cu2
+    t9 = su2 * t1
+    t10 = t8 + t9
+    t11 = cu3 * t10
+    t12 = cu2 * t1
+    t13 = cu1 * cu2
+    t14 = cu1 * su2
+    t15 = cu3 * t14
+    t16 = t15 - t2
+    t17 = params.L2 * cu3
+    t18 = -t16
+    t19 = params.L2 * t16
+    t20 = c1 * t19
+    t21 = s1 * cu1
+    t22 = c1 * cu1
+
+    # joint_1, joint_2, zero_2 and tilt: linear part and angular part
+    t23 = su3 * t22
+    t24 = t23 + t11
+    t25 = su3 * t21
+    t26 = t6 - t25
+    t27 = -t21
+    t28 = params.L2 * t26
+    t29 = params.L2 * t24
+
+    # joint_1 and skew: linear part and angular part
+    t30 = c1 * su2
+    t31 = t30 + t7
+    t32 = s1 * su2
+    t33 = t12 - t32
+    t34 = c1 * t29
+    t35 = t33 * t17
+    t36 = -t33
+
+    # joint_1 and skew: linear part
+    t37 = s1 * t19
+    t38 = -t37
+    t39 = s1 * t28
+    t40 = t34 - t39
+    t41 = t31 * t17
+    t42 = -t41
+
+    # joint_2 and zero_2: linear part
+    t43 = t13 * t17
+    t44 = -t43
+    t45 = t13 * t29
+    t46 = t13 * t28
+
+    # joint_1 and skew: linear part
+    t47 = t33 * t28
+    t48 = t33 * t19
+    t49 = t48 - t45
+    t50 = t31 * t19
+    t51 = t46 + t50
+    t52 = t31 * t29
+    t53 = t47 + t52
+    return (
+        c1,
+        t26,
+        t38,
+        t42,
+        t49,
+        s1,
+        t24,
+        t20,
+        t35,
+        t51,
+        0.0,
+        t18,
+        t40,
+        t44,
+        t53,
+        0.0,
+        0.0,
+        c1,
+        t27,
+        t31,
+        0.0,
+        0.0,
+        s1,
+        t22,
+        t36,
+        0.0,
+        0.0,
+        0.0,
+        su1,
+        t13,
     )

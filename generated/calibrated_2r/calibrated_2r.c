@@ -1,4 +1,4 @@
-/* calibrated_2r.c - Forward kinematics of calibrated_2r, double precision
+/* calibrated_2r.c - Kinematics of calibrated_2r, double precision
  *
  * Planar arm with two joints, calibrated, parameters at run time
  *
@@ -96,7 +96,7 @@ static void calibrated_2r_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +133,10 @@ static void calibrated_2r_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -239,131 +239,6 @@ void calibrated_2r_fk(const double q[restrict CALIBRATED_2R_DOF], const calibrat
     base_T_tool[15] = 1.0;
 }
 
-void calibrated_2r_frames(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
-                          double base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
-{
-    /* Angle sums: qu3 of joint_2 and zero_2 */
-    const double qu3 = q[1] + params->zero_2;
-
-    /* Sines and cosines */
-    double su1;
-    double cu1;
-    KINEGEN_CALIBRATED_2R_SINCOS(params->tilt, &su1, &cu1);
-    base_T_frames[0][9] = su1;
-    double su2;
-    double cu2;
-    KINEGEN_CALIBRATED_2R_SINCOS(params->skew, &su2, &cu2);
-    double s1;
-    double c1;
-    KINEGEN_CALIBRATED_2R_SINCOS(q[0], &s1, &c1);
-    double su3;
-    double cu3;
-    KINEGEN_CALIBRATED_2R_SINCOS(qu3, &su3, &cu3);
-
-    /* joint_1, skew and tilt: frame joint_1 */
-    const double t0 = cu1 * cu2;
-    base_T_frames[0][10] = t0;
-    base_T_frames[1][10] = t0;
-    base_T_frames[2][10] = t0;
-    const double t1 = s1 * cu1;
-    const double t2 = -t1;
-    base_T_frames[0][1] = t2;
-    const double t3 = s1 * su1;
-    const double t4 = c1 * cu1;
-    base_T_frames[0][5] = t4;
-    const double t5 = cu1 * su2;
-    const double t6 = -t5;
-    base_T_frames[0][8] = t6;
-    const double t7 = c1 * su1;
-    const double t8 = c1 * cu2;
-    const double t9 = su2 * t3;
-    const double t10 = t8 - t9;
-    base_T_frames[0][0] = t10;
-    const double t11 = cu2 * t3;
-
-    /* joint_1 and skew: frame joint_1 */
-    const double t12 = c1 * su2;
-    const double t13 = t12 + t11;
-    base_T_frames[0][2] = t13;
-    base_T_frames[1][2] = t13;
-    base_T_frames[2][2] = t13;
-    const double t14 = params->L1 * c1;
-    base_T_frames[0][3] = t14;
-    const double t15 = s1 * cu2;
-    const double t16 = cu2 * t7;
-    const double t17 = su2 * t7;
-    const double t18 = t15 + t17;
-    base_T_frames[0][4] = t18;
-    const double t19 = s1 * su2;
-    const double t20 = t19 - t16;
-    base_T_frames[0][6] = t20;
-    base_T_frames[1][6] = t20;
-    base_T_frames[2][6] = t20;
-    const double t21 = params->L1 * s1;
-    base_T_frames[0][7] = t21;
-
-    /* joint_2 and zero_2: frame joint_2 */
-    const double t22 = su3 * t1;
-    const double t23 = cu3 * t1;
-    const double t24 = cu3 * t10;
-    const double t25 = t24 - t22;
-    base_T_frames[1][0] = t25;
-    base_T_frames[2][0] = t25;
-    const double t26 = su3 * t10;
-    const double t27 = t26 + t23;
-    const double t28 = -t27;
-    base_T_frames[1][1] = t28;
-    base_T_frames[2][1] = t28;
-    const double t29 = params->L2 * t25;
-    const double t30 = t14 + t29;
-    base_T_frames[1][3] = t30;
-    base_T_frames[2][3] = t30;
-    const double t31 = su3 * t4;
-    const double t32 = cu3 * t4;
-    const double t33 = cu3 * t18;
-    const double t34 = t31 + t33;
-    base_T_frames[1][4] = t34;
-    base_T_frames[2][4] = t34;
-    const double t35 = su3 * t18;
-    const double t36 = t32 - t35;
-    base_T_frames[1][5] = t36;
-    base_T_frames[2][5] = t36;
-    const double t37 = params->L2 * t34;
-    const double t38 = t21 + t37;
-    base_T_frames[1][7] = t38;
-    base_T_frames[2][7] = t38;
-
-    /* joint_2, zero_2 and tilt: frame joint_2 */
-    const double t39 = su3 * su1;
-    const double t40 = su3 * t5;
-    const double t41 = cu3 * t5;
-    const double t42 = t39 - t41;
-    base_T_frames[1][8] = t42;
-    base_T_frames[2][8] = t42;
-    const double t43 = cu3 * su1;
-    const double t44 = t40 + t43;
-    base_T_frames[1][9] = t44;
-    base_T_frames[2][9] = t44;
-    const double t45 = params->L2 * t42;
-    base_T_frames[1][11] = t45;
-    base_T_frames[2][11] = t45;
-
-    /* Entries that need no computing */
-    base_T_frames[0][11] = 0.0;
-    base_T_frames[0][12] = 0.0;
-    base_T_frames[0][13] = 0.0;
-    base_T_frames[0][14] = 0.0;
-    base_T_frames[0][15] = 1.0;
-    base_T_frames[1][12] = 0.0;
-    base_T_frames[1][13] = 0.0;
-    base_T_frames[1][14] = 0.0;
-    base_T_frames[1][15] = 1.0;
-    base_T_frames[2][12] = 0.0;
-    base_T_frames[2][13] = 0.0;
-    base_T_frames[2][14] = 0.0;
-    base_T_frames[2][15] = 1.0;
-}
-
 void calibrated_2r_position(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
                             double base_p_tool[restrict 3])
 {
@@ -409,6 +284,234 @@ void calibrated_2r_position(const double q[restrict CALIBRATED_2R_DOF], const ca
     const double t15 = c1 * t8;
     const double t16 = t12 + t15;
     base_p_tool[1] = t16;
+}
+
+void calibrated_2r_fk_jacobian(const double q[restrict CALIBRATED_2R_DOF], const calibrated_2r_params *restrict params,
+                               double base_T_tool[restrict 16], double jacobian[restrict 12])
+{
+    /* Angle sums: qu3 of joint_2 and zero_2 */
+    const double qu3 = q[1] + params->zero_2;
+
+    /* Sines and cosines */
+    double su1;
+    double cu1;
+    KINEGEN_CALIBRATED_2R_SINCOS(params->tilt, &su1, &cu1);
+    double su2;
+    double cu2;
+    KINEGEN_CALIBRATED_2R_SINCOS(params->skew, &su2, &cu2);
+    double s1;
+    double c1;
+    KINEGEN_CALIBRATED_2R_SINCOS(q[0], &s1, &c1);
+    double su3;
+    double cu3;
+    KINEGEN_CALIBRATED_2R_SINCOS(qu3, &su3, &cu3);
+
+    /* joint_1, skew and tilt: all results */
+    const double t0 = cu1 * cu2;
+    base_T_tool[10] = t0;
+    jacobian[11] = t0;
+    const double t1 = s1 * su1;
+    const double t2 = c1 * su1;
+    const double t3 = c1 * cu2;
+    const double t4 = su2 * t1;
+    const double t5 = t4 - t3;
+    const double t6 = cu2 * t1;
+    const double t7 = s1 * cu2;
+    const double t8 = cu2 * t2;
+    const double t9 = su2 * t2;
+    const double t10 = t7 + t9;
+    const double t11 = cu1 * su2;
+
+    /* joint_1, joint_2, zero_2 and tilt: rotation, position and linear part */
+    const double t12 = s1 * cu1;
+    const double t13 = c1 * cu1;
+    const double t14 = su3 * t12;
+    const double t15 = cu3 * t12;
+    const double t16 = cu3 * t5;
+    const double t17 = t14 + t16;
+    const double t18 = su3 * t5;
+    const double t19 = t18 - t15;
+    base_T_tool[1] = t19;
+    const double t20 = params->L2 * t19;
+    jacobian[1] = t20;
+    const double t21 = -t17;
+    base_T_tool[0] = t21;
+    const double t22 = params->L2 * t17;
+    const double t23 = su3 * t13;
+
+    /* joint_2, zero_2 and tilt: rotation, position and linear part */
+    const double t24 = cu3 * t13;
+    const double t25 = cu3 * t10;
+    const double t26 = t23 + t25;
+    base_T_tool[4] = t26;
+    const double t27 = su3 * t10;
+    const double t28 = t24 - t27;
+    base_T_tool[5] = t28;
+    const double t29 = params->L2 * t28;
+    jacobian[3] = t29;
+    const double t30 = params->L2 * t26;
+    const double t31 = su3 * su1;
+    const double t32 = su3 * t11;
+    const double t33 = cu3 * t11;
+    const double t34 = t31 - t33;
+    base_T_tool[8] = t34;
+    const double t35 = cu3 * su1;
+    const double t36 = t32 + t35;
+    base_T_tool[9] = t36;
+
+    /* joint_1, joint_2, zero_2, skew and tilt: all results */
+    const double t37 = params->L2 * t34;
+    base_T_tool[11] = t37;
+    const double t38 = params->L2 * t36;
+    jacobian[5] = t38;
+    const double t39 = c1 * su2;
+    const double t40 = t39 + t6;
+    base_T_tool[2] = t40;
+    jacobian[7] = t40;
+    const double t41 = s1 * su2;
+    const double t42 = t41 - t8;
+    base_T_tool[6] = t42;
+    jacobian[9] = t42;
+
+    /* joint_1: position and linear part */
+    const double t43 = params->L1 * c1;
+    const double t44 = t43 - t22;
+    base_T_tool[3] = t44;
+    jacobian[2] = t44;
+    const double t45 = params->L1 * s1;
+    const double t46 = t45 + t30;
+    base_T_tool[7] = t46;
+    const double t47 = -t46;
+    jacobian[0] = t47;
+
+    /* Entries that need no computing */
+    jacobian[4] = 0.0;
+    jacobian[6] = 0.0;
+    jacobian[8] = 0.0;
+    jacobian[10] = 1.0;
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+void calibrated_2r_parameter_jacobian(const double q[restrict CALIBRATED_2R_DOF],
+                                      const calibrated_2r_params *restrict params, double jacobian[restrict 30])
+{
+    /* Angle sums: qu3 of joint_2 and zero_2 */
+    const double qu3 = q[1] + params->zero_2;
+
+    /* Sines and cosines */
+    double su1;
+    double cu1;
+    KINEGEN_CALIBRATED_2R_SINCOS(params->tilt, &su1, &cu1);
+    jacobian[28] = su1;
+    double su2;
+    double cu2;
+    KINEGEN_CALIBRATED_2R_SINCOS(params->skew, &su2, &cu2);
+    double s1;
+    double c1;
+    KINEGEN_CALIBRATED_2R_SINCOS(q[0], &s1, &c1);
+    jacobian[5] = s1;
+    jacobian[22] = s1;
+    jacobian[0] = c1;
+    jacobian[17] = c1;
+    double su3;
+    double cu3;
+    KINEGEN_CALIBRATED_2R_SINCOS(qu3, &su3, &cu3);
+
+    /* joint_1, joint_2, zero_2, skew and tilt: linear part and angular part */
+    const double t0 = s1 * su1;
+    const double t1 = c1 * su1;
+    const double t2 = su3 * su1;
+    const double t3 = c1 * cu2;
+    const double t4 = su2 * t0;
+    const double t5 = t3 - t4;
+    const double t6 = cu3 * t5;
+    const double t7 = cu2 * t0;
+    const double t8 = s1 * cu2;
+    const double t9 = su2 * t1;
+    const double t10 = t8 + t9;
+    const double t11 = cu3 * t10;
+    const double t12 = cu2 * t1;
+    const double t13 = cu1 * cu2;
+    jacobian[29] = t13;
+    const double t14 = cu1 * su2;
+    const double t15 = cu3 * t14;
+    const double t16 = t15 - t2;
+    const double t17 = params->L2 * cu3;
+    const double t18 = -t16;
+    jacobian[11] = t18;
+    const double t19 = params->L2 * t16;
+    const double t20 = c1 * t19;
+    jacobian[7] = t20;
+    const double t21 = s1 * cu1;
+    const double t22 = c1 * cu1;
+    jacobian[23] = t22;
+
+    /* joint_1, joint_2, zero_2 and tilt: linear part and angular part */
+    const double t23 = su3 * t22;
+    const double t24 = t23 + t11;
+    jacobian[6] = t24;
+    const double t25 = su3 * t21;
+    const double t26 = t6 - t25;
+    jacobian[1] = t26;
+    const double t27 = -t21;
+    jacobian[18] = t27;
+    const double t28 = params->L2 * t26;
+    const double t29 = params->L2 * t24;
+
+    /* joint_1 and skew: linear part and angular part */
+    const double t30 = c1 * su2;
+    const double t31 = t30 + t7;
+    jacobian[19] = t31;
+    const double t32 = s1 * su2;
+    const double t33 = t12 - t32;
+    const double t34 = c1 * t29;
+    const double t35 = t33 * t17;
+    jacobian[8] = t35;
+    const double t36 = -t33;
+    jacobian[24] = t36;
+
+    /* joint_1 and skew: linear part */
+    const double t37 = s1 * t19;
+    const double t38 = -t37;
+    jacobian[2] = t38;
+    const double t39 = s1 * t28;
+    const double t40 = t34 - t39;
+    jacobian[12] = t40;
+    const double t41 = t31 * t17;
+    const double t42 = -t41;
+    jacobian[3] = t42;
+
+    /* joint_2 and zero_2: linear part */
+    const double t43 = t13 * t17;
+    const double t44 = -t43;
+    jacobian[13] = t44;
+    const double t45 = t13 * t29;
+    const double t46 = t13 * t28;
+
+    /* joint_1 and skew: linear part */
+    const double t47 = t33 * t28;
+    const double t48 = t33 * t19;
+    const double t49 = t48 - t45;
+    jacobian[4] = t49;
+    const double t50 = t31 * t19;
+    const double t51 = t46 + t50;
+    jacobian[9] = t51;
+    const double t52 = t31 * t29;
+    const double t53 = t47 + t52;
+    jacobian[14] = t53;
+
+    /* Entries that need no computing */
+    jacobian[10] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[20] = 0.0;
+    jacobian[21] = 0.0;
+    jacobian[25] = 0.0;
+    jacobian[26] = 0.0;
+    jacobian[27] = 0.0;
 }
 
 const double CALIBRATED_2R_LIMITS_LOW[CALIBRATED_2R_DOF] = {

@@ -1,4 +1,4 @@
-/* calibrated_2r_batch.c - Batches: forward kinematics of calibrated_2r, double precision
+/* calibrated_2r_batch.c - Batches: kinematics of calibrated_2r, double precision
  *
  * Planar arm with two joints, calibrated, parameters at run time
  *
@@ -57,6 +57,13 @@ enum { TILE = 16 };
 /* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
 enum { SHORT_TILE = 8 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define CALIBRATED_2R_INLINE static inline __attribute__((always_inline))
+#else
+#define CALIBRATED_2R_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
 #error "rounding by adding and subtracting needs a double that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -65,7 +72,7 @@ enum { SHORT_TILE = 8 };
 
 /* Sine and cosine of x radians, each within 0.85 units in the last place for |x| <= 1e5;
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void calibrated_2r_sincos(const double x, double *s, double *c)
+CALIBRATED_2R_INLINE void calibrated_2r_sincos(const double x, double *s, double *c)
 {
     /* The first product overflows just beyond 1e5; its infinity makes everything after it NaN. */
     const double scaled = x * 1.7976931348623158e+303;
@@ -93,7 +100,7 @@ static inline void calibrated_2r_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +137,10 @@ static inline void calibrated_2r_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -143,13 +150,6 @@ static inline void calibrated_2r_sincos(const double x, double *s, double *c)
     *s = ss + sc;
     *c = cc - cs;
 }
-
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define CALIBRATED_2R_INLINE static inline __attribute__((always_inline))
-#else
-#define CALIBRATED_2R_INLINE static inline
-#endif
 
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
@@ -396,31 +396,13 @@ static inline void take_params_short(const calibrated_2r_params *params, ptrdiff
     }
 }
 
-/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
-static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
-    ptrdiff_t out_stride, int last_rows)
+/* Writes the numbers of each configuration. */
+static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
 {
-    const int size = (last_rows != 0) ? 16 : 12;
-    int done = 0;
-#ifdef CALIBRATED_2R_LANES
-    for (; done + LANES <= count; done += LANES) {
-        for (int frame = 0; frame < frames; frame++) {
-            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
-        }
-    }
-#endif
-    for (int i = done; i < count; i++) {
-        for (int frame = 0; frame < frames; frame++) {
-            double *const to = out + i * out_stride + frame * size;
-            for (int entry = 0; entry < 12; entry++) {
-                to[entry] = t[frame * 12 + entry][i];
-            }
-            if (last_rows != 0) {
-                to[12] = 0;
-                to[13] = 0;
-                to[14] = 0;
-                to[15] = 1;
-            }
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = t[row][i];
         }
     }
 }
@@ -590,169 +572,6 @@ void calibrated_2r_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff
 }
 
 /* What follows from the parameters alone. */
-static inline void calibrated_2r_frames_from_params(double (*restrict p)[SHORT_TILE])
-{
-    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
-        double su1;
-        double cu1;
-        calibrated_2r_sincos(p[2][i], &su1, &cu1);
-        p[5][i] = su1;
-        p[6][i] = cu1;
-        double su2;
-        double cu2;
-        calibrated_2r_sincos(p[3][i], &su2, &cu2);
-        p[7][i] = su2;
-        p[8][i] = cu2;
-        const double t0 = cu1 * cu2;
-        p[9][i] = t0;
-        const double t5 = cu1 * su2;
-        p[10][i] = t5;
-        const double t6 = -t5;
-        p[11][i] = t6;
-    }
-}
-
-/* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t5,
-   p[11] t6 */
-static void calibrated_2r_frames_params(const calibrated_2r_params *params, ptrdiff_t params_stride, int count,
-    double (*restrict p)[SHORT_TILE])
-{
-    take_params_short(params, params_stride, count, p);
-    calibrated_2r_frames_from_params(p);
-}
-
-static inline void calibrated_2r_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double (*restrict p)[SHORT_TILE], double (*restrict t)[SHORT_TILE])
-{
-    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
-        const double qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
-        double s1;
-        double c1;
-        calibrated_2r_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        double su3;
-        double cu3;
-        calibrated_2r_sincos(qu3, &su3, &cu3);
-        const double t1 = s1 * p[6][i];
-        const double t2 = -t1;
-        t[1][i] = t2;
-        const double t3 = s1 * p[5][i];
-        const double t4 = c1 * p[6][i];
-        t[5][i] = t4;
-        const double t7 = c1 * p[5][i];
-        const double t8 = c1 * p[8][i];
-        const double t9 = p[7][i] * t3;
-        const double t10 = t8 - t9;
-        t[0][i] = t10;
-        const double t11 = p[8][i] * t3;
-        const double t12 = c1 * p[7][i];
-        const double t13 = t12 + t11;
-        t[2][i] = t13;
-        t[14][i] = t13;
-        t[26][i] = t13;
-        const double t14 = p[0][i] * c1;
-        t[3][i] = t14;
-        const double t15 = s1 * p[8][i];
-        const double t16 = p[8][i] * t7;
-        const double t17 = p[7][i] * t7;
-        const double t18 = t15 + t17;
-        t[4][i] = t18;
-        const double t19 = s1 * p[7][i];
-        const double t20 = t19 - t16;
-        t[6][i] = t20;
-        t[18][i] = t20;
-        t[30][i] = t20;
-        const double t21 = p[0][i] * s1;
-        t[7][i] = t21;
-        const double t22 = su3 * t1;
-        const double t23 = cu3 * t1;
-        const double t24 = cu3 * t10;
-        const double t25 = t24 - t22;
-        t[12][i] = t25;
-        t[24][i] = t25;
-        const double t26 = su3 * t10;
-        const double t27 = t26 + t23;
-        const double t28 = -t27;
-        t[13][i] = t28;
-        t[25][i] = t28;
-        const double t29 = p[1][i] * t25;
-        const double t30 = t14 + t29;
-        t[15][i] = t30;
-        t[27][i] = t30;
-        const double t31 = su3 * t4;
-        const double t32 = cu3 * t4;
-        const double t33 = cu3 * t18;
-        const double t34 = t31 + t33;
-        t[16][i] = t34;
-        t[28][i] = t34;
-        const double t35 = su3 * t18;
-        const double t36 = t32 - t35;
-        t[17][i] = t36;
-        t[29][i] = t36;
-        const double t37 = p[1][i] * t34;
-        const double t38 = t21 + t37;
-        t[19][i] = t38;
-        t[31][i] = t38;
-        const double t39 = su3 * p[5][i];
-        const double t40 = su3 * p[10][i];
-        const double t41 = cu3 * p[10][i];
-        const double t42 = t39 - t41;
-        t[20][i] = t42;
-        t[32][i] = t42;
-        const double t43 = cu3 * p[5][i];
-        const double t44 = t40 + t43;
-        t[21][i] = t44;
-        t[33][i] = t44;
-        const double t45 = p[1][i] * t42;
-        t[23][i] = t45;
-        t[35][i] = t45;
-        t[8][i] = p[11][i];
-        t[9][i] = p[5][i];
-        t[10][i] = p[9][i];
-        t[22][i] = p[9][i];
-        t[34][i] = p[9][i];
-    }
-}
-
-void calibrated_2r_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
-{
-    double q_copy[2][SHORT_TILE];
-    double t[36][SHORT_TILE];
-    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
-    double p[12][SHORT_TILE];
-    const double (*const given)[SHORT_TILE] = (const double (*)[SHORT_TILE])p;
-
-    if (n == 0) {
-        return;
-    }
-    /* One set of parameters for all is taken once, here. */
-    calibrated_2r_frames_params(params, params_stride, (n < SHORT_TILE) ? (int)n : SHORT_TILE, p);
-    tile_input q_tile = find_tile_2_short(q, q_pose, q_joint, n, q_copy);
-    for (int i = 0; i < SHORT_TILE; i++) {
-        t[11][i] = 0.0;
-    }
-    for (size_t start = 0; start < n; start += SHORT_TILE) {
-        const size_t left = n - start;
-        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
-        const ptrdiff_t first = (ptrdiff_t)start;
-        if ((params_stride != 0) && (start > 0)) {
-            calibrated_2r_frames_params(params + first * params_stride, params_stride, count, p);
-        }
-        calibrated_2r_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
-        if (left > SHORT_TILE) {
-            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_2_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
-        }
-        if (layout == 2) {
-            store_rows_short(results, 36, count, base_T_frames + first, base_T_frames_stride);
-        } else if (layout == 1) {
-            store_matrices_short(results, 3, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
-        } else {
-            store_matrices_short(results, 3, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
-        }
-    }
-}
-
-/* What follows from the parameters alone. */
 static inline void calibrated_2r_position_from_params(double (*restrict p)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
@@ -860,6 +679,321 @@ void calibrated_2r_position_batch(size_t n, const double *q, ptrdiff_t q_pose, p
             store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
             store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+        }
+    }
+}
+
+/* What follows from the parameters alone. */
+static inline void calibrated_2r_fk_jacobian_from_params(double (*restrict p)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        double su1;
+        double cu1;
+        calibrated_2r_sincos(p[2][i], &su1, &cu1);
+        p[5][i] = su1;
+        p[6][i] = cu1;
+        double su2;
+        double cu2;
+        calibrated_2r_sincos(p[3][i], &su2, &cu2);
+        p[7][i] = su2;
+        p[8][i] = cu2;
+        const double t0 = cu1 * cu2;
+        p[9][i] = t0;
+        const double t11 = cu1 * su2;
+        p[10][i] = t11;
+    }
+}
+
+/* The parameters of each configuration of a tile, and what follows from them alone:
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t11 */
+static void calibrated_2r_fk_jacobian_params(const calibrated_2r_params *params, ptrdiff_t params_stride, int count,
+    double (*restrict p)[TILE])
+{
+    take_params(params, params_stride, count, p);
+    calibrated_2r_fk_jacobian_from_params(p);
+}
+
+static inline void calibrated_2r_fk_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double (*restrict p)[TILE], double (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
+        double s1;
+        double c1;
+        calibrated_2r_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double su3;
+        double cu3;
+        calibrated_2r_sincos(qu3, &su3, &cu3);
+        const double t1 = s1 * p[5][i];
+        const double t2 = c1 * p[5][i];
+        const double t3 = c1 * p[8][i];
+        const double t4 = p[7][i] * t1;
+        const double t5 = t4 - t3;
+        const double t6 = p[8][i] * t1;
+        const double t7 = s1 * p[8][i];
+        const double t8 = p[8][i] * t2;
+        const double t9 = p[7][i] * t2;
+        const double t10 = t7 + t9;
+        const double t12 = s1 * p[6][i];
+        const double t13 = c1 * p[6][i];
+        const double t14 = su3 * t12;
+        const double t15 = cu3 * t12;
+        const double t16 = cu3 * t5;
+        const double t17 = t14 + t16;
+        const double t18 = su3 * t5;
+        const double t19 = t18 - t15;
+        t[1][i] = t19;
+        const double t20 = p[1][i] * t19;
+        t[13][i] = t20;
+        const double t21 = -t17;
+        t[0][i] = t21;
+        const double t22 = p[1][i] * t17;
+        const double t23 = su3 * t13;
+        const double t24 = cu3 * t13;
+        const double t25 = cu3 * t10;
+        const double t26 = t23 + t25;
+        t[4][i] = t26;
+        const double t27 = su3 * t10;
+        const double t28 = t24 - t27;
+        t[5][i] = t28;
+        const double t29 = p[1][i] * t28;
+        t[15][i] = t29;
+        const double t30 = p[1][i] * t26;
+        const double t31 = su3 * p[5][i];
+        const double t32 = su3 * p[10][i];
+        const double t33 = cu3 * p[10][i];
+        const double t34 = t31 - t33;
+        t[8][i] = t34;
+        const double t35 = cu3 * p[5][i];
+        const double t36 = t32 + t35;
+        t[9][i] = t36;
+        const double t37 = p[1][i] * t34;
+        t[11][i] = t37;
+        const double t38 = p[1][i] * t36;
+        t[17][i] = t38;
+        const double t39 = c1 * p[7][i];
+        const double t40 = t39 + t6;
+        t[2][i] = t40;
+        t[19][i] = t40;
+        const double t41 = s1 * p[7][i];
+        const double t42 = t41 - t8;
+        t[6][i] = t42;
+        t[21][i] = t42;
+        const double t43 = p[0][i] * c1;
+        const double t44 = t43 - t22;
+        t[3][i] = t44;
+        t[14][i] = t44;
+        const double t45 = p[0][i] * s1;
+        const double t46 = t45 + t30;
+        t[7][i] = t46;
+        const double t47 = -t46;
+        t[12][i] = t47;
+        t[10][i] = p[9][i];
+        t[23][i] = p[9][i];
+    }
+}
+
+void calibrated_2r_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[2][TILE];
+    double t[24][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+    double p[11][TILE];
+    const double (*const given)[TILE] = (const double (*)[TILE])p;
+
+    if (n == 0) {
+        return;
+    }
+    /* One set of parameters for all is taken once, here. */
+    calibrated_2r_fk_jacobian_params(params, params_stride, (n < TILE) ? (int)n : TILE, p);
+    tile_input q_tile = find_tile_2(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[16][i] = 0.0;
+        t[18][i] = 0.0;
+        t[20][i] = 0.0;
+        t[22][i] = 1.0;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        if ((params_stride != 0) && (start > 0)) {
+            calibrated_2r_fk_jacobian_params(params + first * params_stride, params_stride, count, p);
+        }
+        calibrated_2r_fk_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_2(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows(results + 12, 12, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers(results + 12, 12, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers(results + 12, 12, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+/* What follows from the parameters alone. */
+static inline void calibrated_2r_parameter_jacobian_from_params(double (*restrict p)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        double su1;
+        double cu1;
+        calibrated_2r_sincos(p[2][i], &su1, &cu1);
+        p[5][i] = su1;
+        p[6][i] = cu1;
+        double su2;
+        double cu2;
+        calibrated_2r_sincos(p[3][i], &su2, &cu2);
+        p[7][i] = su2;
+        p[8][i] = cu2;
+        const double t13 = cu1 * cu2;
+        p[9][i] = t13;
+        const double t14 = cu1 * su2;
+        p[10][i] = t14;
+    }
+}
+
+/* The parameters of each configuration of a tile, and what follows from them alone:
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t13, p[10] t14 */
+static void calibrated_2r_parameter_jacobian_params(const calibrated_2r_params *params, ptrdiff_t params_stride, int count,
+    double (*restrict p)[SHORT_TILE])
+{
+    take_params_short(params, params_stride, count, p);
+    calibrated_2r_parameter_jacobian_from_params(p);
+}
+
+static inline void calibrated_2r_parameter_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double (*restrict p)[SHORT_TILE], double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
+        double s1;
+        double c1;
+        calibrated_2r_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[5][i] = s1;
+        t[22][i] = s1;
+        t[0][i] = c1;
+        t[17][i] = c1;
+        double su3;
+        double cu3;
+        calibrated_2r_sincos(qu3, &su3, &cu3);
+        const double t0 = s1 * p[5][i];
+        const double t1 = c1 * p[5][i];
+        const double t2 = su3 * p[5][i];
+        const double t3 = c1 * p[8][i];
+        const double t4 = p[7][i] * t0;
+        const double t5 = t3 - t4;
+        const double t6 = cu3 * t5;
+        const double t7 = p[8][i] * t0;
+        const double t8 = s1 * p[8][i];
+        const double t9 = p[7][i] * t1;
+        const double t10 = t8 + t9;
+        const double t11 = cu3 * t10;
+        const double t12 = p[8][i] * t1;
+        const double t15 = cu3 * p[10][i];
+        const double t16 = t15 - t2;
+        const double t17 = p[1][i] * cu3;
+        const double t18 = -t16;
+        t[11][i] = t18;
+        const double t19 = p[1][i] * t16;
+        const double t20 = c1 * t19;
+        t[7][i] = t20;
+        const double t21 = s1 * p[6][i];
+        const double t22 = c1 * p[6][i];
+        t[23][i] = t22;
+        const double t23 = su3 * t22;
+        const double t24 = t23 + t11;
+        t[6][i] = t24;
+        const double t25 = su3 * t21;
+        const double t26 = t6 - t25;
+        t[1][i] = t26;
+        const double t27 = -t21;
+        t[18][i] = t27;
+        const double t28 = p[1][i] * t26;
+        const double t29 = p[1][i] * t24;
+        const double t30 = c1 * p[7][i];
+        const double t31 = t30 + t7;
+        t[19][i] = t31;
+        const double t32 = s1 * p[7][i];
+        const double t33 = t12 - t32;
+        const double t34 = c1 * t29;
+        const double t35 = t33 * t17;
+        t[8][i] = t35;
+        const double t36 = -t33;
+        t[24][i] = t36;
+        const double t37 = s1 * t19;
+        const double t38 = -t37;
+        t[2][i] = t38;
+        const double t39 = s1 * t28;
+        const double t40 = t34 - t39;
+        t[12][i] = t40;
+        const double t41 = t31 * t17;
+        const double t42 = -t41;
+        t[3][i] = t42;
+        const double t43 = p[9][i] * t17;
+        const double t44 = -t43;
+        t[13][i] = t44;
+        const double t45 = p[9][i] * t29;
+        const double t46 = p[9][i] * t28;
+        const double t47 = t33 * t28;
+        const double t48 = t33 * t19;
+        const double t49 = t48 - t45;
+        t[4][i] = t49;
+        const double t50 = t31 * t19;
+        const double t51 = t46 + t50;
+        t[9][i] = t51;
+        const double t52 = t31 * t29;
+        const double t53 = t47 + t52;
+        t[14][i] = t53;
+        t[28][i] = p[5][i];
+        t[29][i] = p[9][i];
+    }
+}
+
+void calibrated_2r_parameter_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[2][SHORT_TILE];
+    double t[30][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+    double p[11][SHORT_TILE];
+    const double (*const given)[SHORT_TILE] = (const double (*)[SHORT_TILE])p;
+
+    if (n == 0) {
+        return;
+    }
+    /* One set of parameters for all is taken once, here. */
+    calibrated_2r_parameter_jacobian_params(params, params_stride, (n < SHORT_TILE) ? (int)n : SHORT_TILE, p);
+    tile_input q_tile = find_tile_2_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[10][i] = 0.0;
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[20][i] = 0.0;
+        t[21][i] = 0.0;
+        t[25][i] = 0.0;
+        t[26][i] = 0.0;
+        t[27][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        if ((params_stride != 0) && (start > 0)) {
+            calibrated_2r_parameter_jacobian_params(params + first * params_stride, params_stride, count, p);
+        }
+        calibrated_2r_parameter_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_2_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 30, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers_short(results, 30, count, jacobian + first * jacobian_stride, jacobian_stride);
         }
     }
 }

@@ -1,4 +1,4 @@
-/* calibrated_2r_batch.h - Batches: forward kinematics of calibrated_2r, double precision
+/* calibrated_2r_batch.h - Batches: kinematics of calibrated_2r, double precision
  *
  * Planar arm with two joints, calibrated, parameters at run time
  *
@@ -38,11 +38,14 @@ extern "C" {
 /* Pose of the tool in the base frame. 12 numbers for each configuration. */
 void calibrated_2r_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout);
 
-/* Poses of all links and named frames in the base frame. 36 numbers for each configuration. */
-void calibrated_2r_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout);
-
 /* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
 void calibrated_2r_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
+
+/* Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in the axes of the base. 24 numbers for each configuration. */
+void calibrated_2r_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Motion of the tool for each parameter, rows linear velocity, then angular, at its origin in the axes of the base. 30 numbers for each configuration. */
+void calibrated_2r_parameter_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_params *params, ptrdiff_t params_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* calibrated_2r_f32.c - Forward kinematics of calibrated_2r, single precision
+/* calibrated_2r_f32.c - Kinematics of calibrated_2r, single precision
  *
  * Planar arm with two joints, calibrated, parameters at run time
  *
@@ -60,8 +60,8 @@ const calibrated_2r_f32_params calibrated_2r_f32_default_params = {
 static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -69,8 +69,8 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -85,20 +85,20 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -109,10 +109,10 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -215,132 +215,6 @@ void calibrated_2r_f32_fk(const float q[restrict CALIBRATED_2R_DOF], const calib
     base_T_tool[15] = 1.0F;
 }
 
-void calibrated_2r_f32_frames(const float q[restrict CALIBRATED_2R_DOF],
-                              const calibrated_2r_f32_params *restrict params,
-                              float base_T_frames[restrict CALIBRATED_2R_FRAMES][16])
-{
-    /* Angle sums: qu3 of joint_2 and zero_2 */
-    const float qu3 = q[1] + params->zero_2;
-
-    /* Sines and cosines */
-    float su1;
-    float cu1;
-    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->tilt, &su1, &cu1);
-    base_T_frames[0][9] = su1;
-    float su2;
-    float cu2;
-    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->skew, &su2, &cu2);
-    float s1;
-    float c1;
-    KINEGEN_CALIBRATED_2R_F32_SINCOS(q[0], &s1, &c1);
-    float su3;
-    float cu3;
-    KINEGEN_CALIBRATED_2R_F32_SINCOS(qu3, &su3, &cu3);
-
-    /* joint_1, skew and tilt: frame joint_1 */
-    const float t0 = cu1 * cu2;
-    base_T_frames[0][10] = t0;
-    base_T_frames[1][10] = t0;
-    base_T_frames[2][10] = t0;
-    const float t1 = s1 * cu1;
-    const float t2 = -t1;
-    base_T_frames[0][1] = t2;
-    const float t3 = s1 * su1;
-    const float t4 = c1 * cu1;
-    base_T_frames[0][5] = t4;
-    const float t5 = cu1 * su2;
-    const float t6 = -t5;
-    base_T_frames[0][8] = t6;
-    const float t7 = c1 * su1;
-    const float t8 = c1 * cu2;
-    const float t9 = su2 * t3;
-    const float t10 = t8 - t9;
-    base_T_frames[0][0] = t10;
-    const float t11 = cu2 * t3;
-
-    /* joint_1 and skew: frame joint_1 */
-    const float t12 = c1 * su2;
-    const float t13 = t12 + t11;
-    base_T_frames[0][2] = t13;
-    base_T_frames[1][2] = t13;
-    base_T_frames[2][2] = t13;
-    const float t14 = params->L1 * c1;
-    base_T_frames[0][3] = t14;
-    const float t15 = s1 * cu2;
-    const float t16 = cu2 * t7;
-    const float t17 = su2 * t7;
-    const float t18 = t15 + t17;
-    base_T_frames[0][4] = t18;
-    const float t19 = s1 * su2;
-    const float t20 = t19 - t16;
-    base_T_frames[0][6] = t20;
-    base_T_frames[1][6] = t20;
-    base_T_frames[2][6] = t20;
-    const float t21 = params->L1 * s1;
-    base_T_frames[0][7] = t21;
-
-    /* joint_2 and zero_2: frame joint_2 */
-    const float t22 = su3 * t1;
-    const float t23 = cu3 * t1;
-    const float t24 = cu3 * t10;
-    const float t25 = t24 - t22;
-    base_T_frames[1][0] = t25;
-    base_T_frames[2][0] = t25;
-    const float t26 = su3 * t10;
-    const float t27 = t26 + t23;
-    const float t28 = -t27;
-    base_T_frames[1][1] = t28;
-    base_T_frames[2][1] = t28;
-    const float t29 = params->L2 * t25;
-    const float t30 = t14 + t29;
-    base_T_frames[1][3] = t30;
-    base_T_frames[2][3] = t30;
-    const float t31 = su3 * t4;
-    const float t32 = cu3 * t4;
-    const float t33 = cu3 * t18;
-    const float t34 = t31 + t33;
-    base_T_frames[1][4] = t34;
-    base_T_frames[2][4] = t34;
-    const float t35 = su3 * t18;
-    const float t36 = t32 - t35;
-    base_T_frames[1][5] = t36;
-    base_T_frames[2][5] = t36;
-    const float t37 = params->L2 * t34;
-    const float t38 = t21 + t37;
-    base_T_frames[1][7] = t38;
-    base_T_frames[2][7] = t38;
-
-    /* joint_2, zero_2 and tilt: frame joint_2 */
-    const float t39 = su3 * su1;
-    const float t40 = su3 * t5;
-    const float t41 = cu3 * t5;
-    const float t42 = t39 - t41;
-    base_T_frames[1][8] = t42;
-    base_T_frames[2][8] = t42;
-    const float t43 = cu3 * su1;
-    const float t44 = t40 + t43;
-    base_T_frames[1][9] = t44;
-    base_T_frames[2][9] = t44;
-    const float t45 = params->L2 * t42;
-    base_T_frames[1][11] = t45;
-    base_T_frames[2][11] = t45;
-
-    /* Entries that need no computing */
-    base_T_frames[0][11] = 0.0F;
-    base_T_frames[0][12] = 0.0F;
-    base_T_frames[0][13] = 0.0F;
-    base_T_frames[0][14] = 0.0F;
-    base_T_frames[0][15] = 1.0F;
-    base_T_frames[1][12] = 0.0F;
-    base_T_frames[1][13] = 0.0F;
-    base_T_frames[1][14] = 0.0F;
-    base_T_frames[1][15] = 1.0F;
-    base_T_frames[2][12] = 0.0F;
-    base_T_frames[2][13] = 0.0F;
-    base_T_frames[2][14] = 0.0F;
-    base_T_frames[2][15] = 1.0F;
-}
-
 void calibrated_2r_f32_position(const float q[restrict CALIBRATED_2R_DOF],
                                 const calibrated_2r_f32_params *restrict params, float base_p_tool[restrict 3])
 {
@@ -386,6 +260,235 @@ void calibrated_2r_f32_position(const float q[restrict CALIBRATED_2R_DOF],
     const float t15 = c1 * t8;
     const float t16 = t12 + t15;
     base_p_tool[1] = t16;
+}
+
+void calibrated_2r_f32_fk_jacobian(const float q[restrict CALIBRATED_2R_DOF],
+                                   const calibrated_2r_f32_params *restrict params, float base_T_tool[restrict 16],
+                                   float jacobian[restrict 12])
+{
+    /* Angle sums: qu3 of joint_2 and zero_2 */
+    const float qu3 = q[1] + params->zero_2;
+
+    /* Sines and cosines */
+    float su1;
+    float cu1;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->tilt, &su1, &cu1);
+    float su2;
+    float cu2;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->skew, &su2, &cu2);
+    float s1;
+    float c1;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(q[0], &s1, &c1);
+    float su3;
+    float cu3;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(qu3, &su3, &cu3);
+
+    /* joint_1, skew and tilt: all results */
+    const float t0 = cu1 * cu2;
+    base_T_tool[10] = t0;
+    jacobian[11] = t0;
+    const float t1 = s1 * su1;
+    const float t2 = c1 * su1;
+    const float t3 = c1 * cu2;
+    const float t4 = su2 * t1;
+    const float t5 = t4 - t3;
+    const float t6 = cu2 * t1;
+    const float t7 = s1 * cu2;
+    const float t8 = cu2 * t2;
+    const float t9 = su2 * t2;
+    const float t10 = t7 + t9;
+    const float t11 = cu1 * su2;
+
+    /* joint_1, joint_2, zero_2 and tilt: rotation, position and linear part */
+    const float t12 = s1 * cu1;
+    const float t13 = c1 * cu1;
+    const float t14 = su3 * t12;
+    const float t15 = cu3 * t12;
+    const float t16 = cu3 * t5;
+    const float t17 = t14 + t16;
+    const float t18 = su3 * t5;
+    const float t19 = t18 - t15;
+    base_T_tool[1] = t19;
+    const float t20 = params->L2 * t19;
+    jacobian[1] = t20;
+    const float t21 = -t17;
+    base_T_tool[0] = t21;
+    const float t22 = params->L2 * t17;
+    const float t23 = su3 * t13;
+
+    /* joint_2, zero_2 and tilt: rotation, position and linear part */
+    const float t24 = cu3 * t13;
+    const float t25 = cu3 * t10;
+    const float t26 = t23 + t25;
+    base_T_tool[4] = t26;
+    const float t27 = su3 * t10;
+    const float t28 = t24 - t27;
+    base_T_tool[5] = t28;
+    const float t29 = params->L2 * t28;
+    jacobian[3] = t29;
+    const float t30 = params->L2 * t26;
+    const float t31 = su3 * su1;
+    const float t32 = su3 * t11;
+    const float t33 = cu3 * t11;
+    const float t34 = t31 - t33;
+    base_T_tool[8] = t34;
+    const float t35 = cu3 * su1;
+    const float t36 = t32 + t35;
+    base_T_tool[9] = t36;
+
+    /* joint_1, joint_2, zero_2, skew and tilt: all results */
+    const float t37 = params->L2 * t34;
+    base_T_tool[11] = t37;
+    const float t38 = params->L2 * t36;
+    jacobian[5] = t38;
+    const float t39 = c1 * su2;
+    const float t40 = t39 + t6;
+    base_T_tool[2] = t40;
+    jacobian[7] = t40;
+    const float t41 = s1 * su2;
+    const float t42 = t41 - t8;
+    base_T_tool[6] = t42;
+    jacobian[9] = t42;
+
+    /* joint_1: position and linear part */
+    const float t43 = params->L1 * c1;
+    const float t44 = t43 - t22;
+    base_T_tool[3] = t44;
+    jacobian[2] = t44;
+    const float t45 = params->L1 * s1;
+    const float t46 = t45 + t30;
+    base_T_tool[7] = t46;
+    const float t47 = -t46;
+    jacobian[0] = t47;
+
+    /* Entries that need no computing */
+    jacobian[4] = 0.0F;
+    jacobian[6] = 0.0F;
+    jacobian[8] = 0.0F;
+    jacobian[10] = 1.0F;
+    base_T_tool[12] = 0.0F;
+    base_T_tool[13] = 0.0F;
+    base_T_tool[14] = 0.0F;
+    base_T_tool[15] = 1.0F;
+}
+
+void calibrated_2r_f32_parameter_jacobian(const float q[restrict CALIBRATED_2R_DOF],
+                                          const calibrated_2r_f32_params *restrict params, float jacobian[restrict 30])
+{
+    /* Angle sums: qu3 of joint_2 and zero_2 */
+    const float qu3 = q[1] + params->zero_2;
+
+    /* Sines and cosines */
+    float su1;
+    float cu1;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->tilt, &su1, &cu1);
+    jacobian[28] = su1;
+    float su2;
+    float cu2;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(params->skew, &su2, &cu2);
+    float s1;
+    float c1;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(q[0], &s1, &c1);
+    jacobian[5] = s1;
+    jacobian[22] = s1;
+    jacobian[0] = c1;
+    jacobian[17] = c1;
+    float su3;
+    float cu3;
+    KINEGEN_CALIBRATED_2R_F32_SINCOS(qu3, &su3, &cu3);
+
+    /* joint_1, joint_2, zero_2, skew and tilt: linear part and angular part */
+    const float t0 = s1 * su1;
+    const float t1 = c1 * su1;
+    const float t2 = su3 * su1;
+    const float t3 = c1 * cu2;
+    const float t4 = su2 * t0;
+    const float t5 = t3 - t4;
+    const float t6 = cu3 * t5;
+    const float t7 = cu2 * t0;
+    const float t8 = s1 * cu2;
+    const float t9 = su2 * t1;
+    const float t10 = t8 + t9;
+    const float t11 = cu3 * t10;
+    const float t12 = cu2 * t1;
+    const float t13 = cu1 * cu2;
+    jacobian[29] = t13;
+    const float t14 = cu1 * su2;
+    const float t15 = cu3 * t14;
+    const float t16 = t15 - t2;
+    const float t17 = params->L2 * cu3;
+    const float t18 = -t16;
+    jacobian[11] = t18;
+    const float t19 = params->L2 * t16;
+    const float t20 = c1 * t19;
+    jacobian[7] = t20;
+    const float t21 = s1 * cu1;
+    const float t22 = c1 * cu1;
+    jacobian[23] = t22;
+
+    /* joint_1, joint_2, zero_2 and tilt: linear part and angular part */
+    const float t23 = su3 * t22;
+    const float t24 = t23 + t11;
+    jacobian[6] = t24;
+    const float t25 = su3 * t21;
+    const float t26 = t6 - t25;
+    jacobian[1] = t26;
+    const float t27 = -t21;
+    jacobian[18] = t27;
+    const float t28 = params->L2 * t26;
+    const float t29 = params->L2 * t24;
+
+    /* joint_1 and skew: linear part and angular part */
+    const float t30 = c1 * su2;
+    const float t31 = t30 + t7;
+    jacobian[19] = t31;
+    const float t32 = s1 * su2;
+    const float t33 = t12 - t32;
+    const float t34 = c1 * t29;
+    const float t35 = t33 * t17;
+    jacobian[8] = t35;
+    const float t36 = -t33;
+    jacobian[24] = t36;
+
+    /* joint_1 and skew: linear part */
+    const float t37 = s1 * t19;
+    const float t38 = -t37;
+    jacobian[2] = t38;
+    const float t39 = s1 * t28;
+    const float t40 = t34 - t39;
+    jacobian[12] = t40;
+    const float t41 = t31 * t17;
+    const float t42 = -t41;
+    jacobian[3] = t42;
+
+    /* joint_2 and zero_2: linear part */
+    const float t43 = t13 * t17;
+    const float t44 = -t43;
+    jacobian[13] = t44;
+    const float t45 = t13 * t29;
+    const float t46 = t13 * t28;
+
+    /* joint_1 and skew: linear part */
+    const float t47 = t33 * t28;
+    const float t48 = t33 * t19;
+    const float t49 = t48 - t45;
+    jacobian[4] = t49;
+    const float t50 = t31 * t19;
+    const float t51 = t46 + t50;
+    jacobian[9] = t51;
+    const float t52 = t31 * t29;
+    const float t53 = t47 + t52;
+    jacobian[14] = t53;
+
+    /* Entries that need no computing */
+    jacobian[10] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[20] = 0.0F;
+    jacobian[21] = 0.0F;
+    jacobian[25] = 0.0F;
+    jacobian[26] = 0.0F;
+    jacobian[27] = 0.0F;
 }
 
 const float CALIBRATED_2R_F32_LIMITS_LOW[CALIBRATED_2R_DOF] = {

@@ -1,4 +1,4 @@
-/* calibrated_2r_f32_batch.c - Batches: forward kinematics of calibrated_2r, single precision
+/* calibrated_2r_f32_batch.c - Batches: kinematics of calibrated_2r, single precision
  *
  * Planar arm with two joints, calibrated, parameters at run time
  *
@@ -44,6 +44,13 @@
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define CALIBRATED_2R_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define CALIBRATED_2R_F32_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
 #error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -52,11 +59,11 @@ enum { TILE = 32 };
 
 /* Sine and cosine of x radians, each with an absolute error below 5.4e-8 for |x| <= 12000 (tried on every float);
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void calibrated_2r_f32_sincos(const float x, float *s, float *c)
+CALIBRATED_2R_F32_INLINE void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -64,8 +71,8 @@ static inline void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -80,20 +87,20 @@ static inline void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -104,10 +111,10 @@ static inline void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -117,13 +124,6 @@ static inline void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     *s = ss + sc;
     *c = cc - cs;
 }
-
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define CALIBRATED_2R_F32_INLINE static inline __attribute__((always_inline))
-#else
-#define CALIBRATED_2R_F32_INLINE static inline
-#endif
 
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
@@ -469,169 +469,6 @@ void calibrated_2r_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrd
 }
 
 /* What follows from the parameters alone. */
-static inline void calibrated_2r_f32_frames_from_params(float (*restrict p)[TILE])
-{
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        float su1;
-        float cu1;
-        calibrated_2r_f32_sincos(p[2][i], &su1, &cu1);
-        p[5][i] = su1;
-        p[6][i] = cu1;
-        float su2;
-        float cu2;
-        calibrated_2r_f32_sincos(p[3][i], &su2, &cu2);
-        p[7][i] = su2;
-        p[8][i] = cu2;
-        const float t0 = cu1 * cu2;
-        p[9][i] = t0;
-        const float t5 = cu1 * su2;
-        p[10][i] = t5;
-        const float t6 = -t5;
-        p[11][i] = t6;
-    }
-}
-
-/* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t5,
-   p[11] t6 */
-static void calibrated_2r_f32_frames_params(const calibrated_2r_f32_params *params, ptrdiff_t params_stride, int count,
-    float (*restrict p)[TILE])
-{
-    take_params(params, params_stride, count, p);
-    calibrated_2r_f32_frames_from_params(p);
-}
-
-static inline void calibrated_2r_f32_frames_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float (*restrict p)[TILE], float (*restrict t)[TILE])
-{
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
-        float s1;
-        float c1;
-        calibrated_2r_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        float su3;
-        float cu3;
-        calibrated_2r_f32_sincos(qu3, &su3, &cu3);
-        const float t1 = s1 * p[6][i];
-        const float t2 = -t1;
-        t[1][i] = t2;
-        const float t3 = s1 * p[5][i];
-        const float t4 = c1 * p[6][i];
-        t[5][i] = t4;
-        const float t7 = c1 * p[5][i];
-        const float t8 = c1 * p[8][i];
-        const float t9 = p[7][i] * t3;
-        const float t10 = t8 - t9;
-        t[0][i] = t10;
-        const float t11 = p[8][i] * t3;
-        const float t12 = c1 * p[7][i];
-        const float t13 = t12 + t11;
-        t[2][i] = t13;
-        t[14][i] = t13;
-        t[26][i] = t13;
-        const float t14 = p[0][i] * c1;
-        t[3][i] = t14;
-        const float t15 = s1 * p[8][i];
-        const float t16 = p[8][i] * t7;
-        const float t17 = p[7][i] * t7;
-        const float t18 = t15 + t17;
-        t[4][i] = t18;
-        const float t19 = s1 * p[7][i];
-        const float t20 = t19 - t16;
-        t[6][i] = t20;
-        t[18][i] = t20;
-        t[30][i] = t20;
-        const float t21 = p[0][i] * s1;
-        t[7][i] = t21;
-        const float t22 = su3 * t1;
-        const float t23 = cu3 * t1;
-        const float t24 = cu3 * t10;
-        const float t25 = t24 - t22;
-        t[12][i] = t25;
-        t[24][i] = t25;
-        const float t26 = su3 * t10;
-        const float t27 = t26 + t23;
-        const float t28 = -t27;
-        t[13][i] = t28;
-        t[25][i] = t28;
-        const float t29 = p[1][i] * t25;
-        const float t30 = t14 + t29;
-        t[15][i] = t30;
-        t[27][i] = t30;
-        const float t31 = su3 * t4;
-        const float t32 = cu3 * t4;
-        const float t33 = cu3 * t18;
-        const float t34 = t31 + t33;
-        t[16][i] = t34;
-        t[28][i] = t34;
-        const float t35 = su3 * t18;
-        const float t36 = t32 - t35;
-        t[17][i] = t36;
-        t[29][i] = t36;
-        const float t37 = p[1][i] * t34;
-        const float t38 = t21 + t37;
-        t[19][i] = t38;
-        t[31][i] = t38;
-        const float t39 = su3 * p[5][i];
-        const float t40 = su3 * p[10][i];
-        const float t41 = cu3 * p[10][i];
-        const float t42 = t39 - t41;
-        t[20][i] = t42;
-        t[32][i] = t42;
-        const float t43 = cu3 * p[5][i];
-        const float t44 = t40 + t43;
-        t[21][i] = t44;
-        t[33][i] = t44;
-        const float t45 = p[1][i] * t42;
-        t[23][i] = t45;
-        t[35][i] = t45;
-        t[8][i] = p[11][i];
-        t[9][i] = p[5][i];
-        t[10][i] = p[9][i];
-        t[22][i] = p[9][i];
-        t[34][i] = p[9][i];
-    }
-}
-
-void calibrated_2r_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_f32_params *params, ptrdiff_t params_stride, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
-{
-    float q_copy[2][TILE];
-    float t[36][TILE];
-    const float (*const results)[TILE] = (const float (*)[TILE])t;
-    float p[12][TILE];
-    const float (*const given)[TILE] = (const float (*)[TILE])p;
-
-    if (n == 0) {
-        return;
-    }
-    /* One set of parameters for all is taken once, here. */
-    calibrated_2r_f32_frames_params(params, params_stride, (n < TILE) ? (int)n : TILE, p);
-    tile_input q_tile = find_tile_2(q, q_pose, q_joint, n, q_copy);
-    for (int i = 0; i < TILE; i++) {
-        t[11][i] = 0.0F;
-    }
-    for (size_t start = 0; start < n; start += TILE) {
-        const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
-        const ptrdiff_t first = (ptrdiff_t)start;
-        if ((params_stride != 0) && (start > 0)) {
-            calibrated_2r_f32_frames_params(params + first * params_stride, params_stride, count, p);
-        }
-        calibrated_2r_f32_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
-        if (left > TILE) {
-            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_2(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
-        }
-        if (layout == 2) {
-            store_rows(results, 36, count, base_T_frames + first, base_T_frames_stride);
-        } else if (layout == 1) {
-            store_matrices(results, 3, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
-        } else {
-            store_matrices(results, 3, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
-        }
-    }
-}
-
-/* What follows from the parameters alone. */
 static inline void calibrated_2r_f32_position_from_params(float (*restrict p)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
@@ -739,6 +576,321 @@ void calibrated_2r_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose
             store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
             store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+        }
+    }
+}
+
+/* What follows from the parameters alone. */
+static inline void calibrated_2r_f32_fk_jacobian_from_params(float (*restrict p)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        float su1;
+        float cu1;
+        calibrated_2r_f32_sincos(p[2][i], &su1, &cu1);
+        p[5][i] = su1;
+        p[6][i] = cu1;
+        float su2;
+        float cu2;
+        calibrated_2r_f32_sincos(p[3][i], &su2, &cu2);
+        p[7][i] = su2;
+        p[8][i] = cu2;
+        const float t0 = cu1 * cu2;
+        p[9][i] = t0;
+        const float t11 = cu1 * su2;
+        p[10][i] = t11;
+    }
+}
+
+/* The parameters of each configuration of a tile, and what follows from them alone:
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t11 */
+static void calibrated_2r_f32_fk_jacobian_params(const calibrated_2r_f32_params *params, ptrdiff_t params_stride, int count,
+    float (*restrict p)[TILE])
+{
+    take_params(params, params_stride, count, p);
+    calibrated_2r_f32_fk_jacobian_from_params(p);
+}
+
+static inline void calibrated_2r_f32_fk_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float (*restrict p)[TILE], float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
+        float s1;
+        float c1;
+        calibrated_2r_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float su3;
+        float cu3;
+        calibrated_2r_f32_sincos(qu3, &su3, &cu3);
+        const float t1 = s1 * p[5][i];
+        const float t2 = c1 * p[5][i];
+        const float t3 = c1 * p[8][i];
+        const float t4 = p[7][i] * t1;
+        const float t5 = t4 - t3;
+        const float t6 = p[8][i] * t1;
+        const float t7 = s1 * p[8][i];
+        const float t8 = p[8][i] * t2;
+        const float t9 = p[7][i] * t2;
+        const float t10 = t7 + t9;
+        const float t12 = s1 * p[6][i];
+        const float t13 = c1 * p[6][i];
+        const float t14 = su3 * t12;
+        const float t15 = cu3 * t12;
+        const float t16 = cu3 * t5;
+        const float t17 = t14 + t16;
+        const float t18 = su3 * t5;
+        const float t19 = t18 - t15;
+        t[1][i] = t19;
+        const float t20 = p[1][i] * t19;
+        t[13][i] = t20;
+        const float t21 = -t17;
+        t[0][i] = t21;
+        const float t22 = p[1][i] * t17;
+        const float t23 = su3 * t13;
+        const float t24 = cu3 * t13;
+        const float t25 = cu3 * t10;
+        const float t26 = t23 + t25;
+        t[4][i] = t26;
+        const float t27 = su3 * t10;
+        const float t28 = t24 - t27;
+        t[5][i] = t28;
+        const float t29 = p[1][i] * t28;
+        t[15][i] = t29;
+        const float t30 = p[1][i] * t26;
+        const float t31 = su3 * p[5][i];
+        const float t32 = su3 * p[10][i];
+        const float t33 = cu3 * p[10][i];
+        const float t34 = t31 - t33;
+        t[8][i] = t34;
+        const float t35 = cu3 * p[5][i];
+        const float t36 = t32 + t35;
+        t[9][i] = t36;
+        const float t37 = p[1][i] * t34;
+        t[11][i] = t37;
+        const float t38 = p[1][i] * t36;
+        t[17][i] = t38;
+        const float t39 = c1 * p[7][i];
+        const float t40 = t39 + t6;
+        t[2][i] = t40;
+        t[19][i] = t40;
+        const float t41 = s1 * p[7][i];
+        const float t42 = t41 - t8;
+        t[6][i] = t42;
+        t[21][i] = t42;
+        const float t43 = p[0][i] * c1;
+        const float t44 = t43 - t22;
+        t[3][i] = t44;
+        t[14][i] = t44;
+        const float t45 = p[0][i] * s1;
+        const float t46 = t45 + t30;
+        t[7][i] = t46;
+        const float t47 = -t46;
+        t[12][i] = t47;
+        t[10][i] = p[9][i];
+        t[23][i] = p[9][i];
+    }
+}
+
+void calibrated_2r_f32_fk_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_f32_params *params, ptrdiff_t params_stride, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[2][TILE];
+    float t[24][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+    float p[11][TILE];
+    const float (*const given)[TILE] = (const float (*)[TILE])p;
+
+    if (n == 0) {
+        return;
+    }
+    /* One set of parameters for all is taken once, here. */
+    calibrated_2r_f32_fk_jacobian_params(params, params_stride, (n < TILE) ? (int)n : TILE, p);
+    tile_input q_tile = find_tile_2(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[16][i] = 0.0F;
+        t[18][i] = 0.0F;
+        t[20][i] = 0.0F;
+        t[22][i] = 1.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        if ((params_stride != 0) && (start > 0)) {
+            calibrated_2r_f32_fk_jacobian_params(params + first * params_stride, params_stride, count, p);
+        }
+        calibrated_2r_f32_fk_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_2(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows(results + 12, 12, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers(results + 12, 12, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers(results + 12, 12, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+/* What follows from the parameters alone. */
+static inline void calibrated_2r_f32_parameter_jacobian_from_params(float (*restrict p)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        float su1;
+        float cu1;
+        calibrated_2r_f32_sincos(p[2][i], &su1, &cu1);
+        p[5][i] = su1;
+        p[6][i] = cu1;
+        float su2;
+        float cu2;
+        calibrated_2r_f32_sincos(p[3][i], &su2, &cu2);
+        p[7][i] = su2;
+        p[8][i] = cu2;
+        const float t13 = cu1 * cu2;
+        p[9][i] = t13;
+        const float t14 = cu1 * su2;
+        p[10][i] = t14;
+    }
+}
+
+/* The parameters of each configuration of a tile, and what follows from them alone:
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t13, p[10] t14 */
+static void calibrated_2r_f32_parameter_jacobian_params(const calibrated_2r_f32_params *params, ptrdiff_t params_stride, int count,
+    float (*restrict p)[TILE])
+{
+    take_params(params, params_stride, count, p);
+    calibrated_2r_f32_parameter_jacobian_from_params(p);
+}
+
+static inline void calibrated_2r_f32_parameter_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float (*restrict p)[TILE], float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float qu3 = q[i * q_pose + 1 * q_joint] + p[4][i];
+        float s1;
+        float c1;
+        calibrated_2r_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[5][i] = s1;
+        t[22][i] = s1;
+        t[0][i] = c1;
+        t[17][i] = c1;
+        float su3;
+        float cu3;
+        calibrated_2r_f32_sincos(qu3, &su3, &cu3);
+        const float t0 = s1 * p[5][i];
+        const float t1 = c1 * p[5][i];
+        const float t2 = su3 * p[5][i];
+        const float t3 = c1 * p[8][i];
+        const float t4 = p[7][i] * t0;
+        const float t5 = t3 - t4;
+        const float t6 = cu3 * t5;
+        const float t7 = p[8][i] * t0;
+        const float t8 = s1 * p[8][i];
+        const float t9 = p[7][i] * t1;
+        const float t10 = t8 + t9;
+        const float t11 = cu3 * t10;
+        const float t12 = p[8][i] * t1;
+        const float t15 = cu3 * p[10][i];
+        const float t16 = t15 - t2;
+        const float t17 = p[1][i] * cu3;
+        const float t18 = -t16;
+        t[11][i] = t18;
+        const float t19 = p[1][i] * t16;
+        const float t20 = c1 * t19;
+        t[7][i] = t20;
+        const float t21 = s1 * p[6][i];
+        const float t22 = c1 * p[6][i];
+        t[23][i] = t22;
+        const float t23 = su3 * t22;
+        const float t24 = t23 + t11;
+        t[6][i] = t24;
+        const float t25 = su3 * t21;
+        const float t26 = t6 - t25;
+        t[1][i] = t26;
+        const float t27 = -t21;
+        t[18][i] = t27;
+        const float t28 = p[1][i] * t26;
+        const float t29 = p[1][i] * t24;
+        const float t30 = c1 * p[7][i];
+        const float t31 = t30 + t7;
+        t[19][i] = t31;
+        const float t32 = s1 * p[7][i];
+        const float t33 = t12 - t32;
+        const float t34 = c1 * t29;
+        const float t35 = t33 * t17;
+        t[8][i] = t35;
+        const float t36 = -t33;
+        t[24][i] = t36;
+        const float t37 = s1 * t19;
+        const float t38 = -t37;
+        t[2][i] = t38;
+        const float t39 = s1 * t28;
+        const float t40 = t34 - t39;
+        t[12][i] = t40;
+        const float t41 = t31 * t17;
+        const float t42 = -t41;
+        t[3][i] = t42;
+        const float t43 = p[9][i] * t17;
+        const float t44 = -t43;
+        t[13][i] = t44;
+        const float t45 = p[9][i] * t29;
+        const float t46 = p[9][i] * t28;
+        const float t47 = t33 * t28;
+        const float t48 = t33 * t19;
+        const float t49 = t48 - t45;
+        t[4][i] = t49;
+        const float t50 = t31 * t19;
+        const float t51 = t46 + t50;
+        t[9][i] = t51;
+        const float t52 = t31 * t29;
+        const float t53 = t47 + t52;
+        t[14][i] = t53;
+        t[28][i] = p[5][i];
+        t[29][i] = p[9][i];
+    }
+}
+
+void calibrated_2r_f32_parameter_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const calibrated_2r_f32_params *params, ptrdiff_t params_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[2][TILE];
+    float t[30][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+    float p[11][TILE];
+    const float (*const given)[TILE] = (const float (*)[TILE])p;
+
+    if (n == 0) {
+        return;
+    }
+    /* One set of parameters for all is taken once, here. */
+    calibrated_2r_f32_parameter_jacobian_params(params, params_stride, (n < TILE) ? (int)n : TILE, p);
+    tile_input q_tile = find_tile_2(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[10][i] = 0.0F;
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[20][i] = 0.0F;
+        t[21][i] = 0.0F;
+        t[25][i] = 0.0F;
+        t[26][i] = 0.0F;
+        t[27][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        if ((params_stride != 0) && (start > 0)) {
+            calibrated_2r_f32_parameter_jacobian_params(params + first * params_stride, params_stride, count, p);
+        }
+        calibrated_2r_f32_parameter_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, given, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_2(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 30, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 30, count, jacobian + first * jacobian_stride, jacobian_stride);
         }
     }
 }

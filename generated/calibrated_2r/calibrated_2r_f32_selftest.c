@@ -61,8 +61,8 @@
 static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -70,8 +70,8 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -86,20 +86,20 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -110,10 +110,10 @@ static void calibrated_2r_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -194,27 +194,42 @@ float calibrated_2r_f32_selftest(void)
             }
         }
         {
-            float base_T_frames[CALIBRATED_2R_FRAMES][16];
-            calibrated_2r_f32_frames(given_q, &calibrated_2r_f32_default_params, base_T_frames);
-            const float *const found = &base_T_frames[0][0];
-            for (int frame = 0; frame < 3; frame++) {
-                for (int entry = 0; entry < 12; entry++) {
-                    const float accepted = calibrated_2r_f32_read(&calibrated_2r_f32_frames_accepted[(frame * 12) + entry]);
-                    worst = calibrated_2r_f32_worst_part(worst, found[(frame * 16) + entry], calibrated_2r_f32_read(&calibrated_2r_f32_frames_expected[vector][(frame * 12) + entry]), accepted);
-                }
-                for (int entry = 12; entry < 16; entry++) {
-                    const float constant = (entry == 15) ? 1.0F : 0.0F;
-                    worst = calibrated_2r_f32_worst_constant(worst, found[(frame * 16) + entry], constant);
-                }
-            }
-        }
-        {
             float base_p_tool[3];
             calibrated_2r_f32_position(given_q, &calibrated_2r_f32_default_params, base_p_tool);
             const float *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 const float accepted = calibrated_2r_f32_read(&calibrated_2r_f32_position_accepted[entry]);
                 worst = calibrated_2r_f32_worst_part(worst, found[entry], calibrated_2r_f32_read(&calibrated_2r_f32_position_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float base_T_tool[16];
+            float jacobian[12];
+            calibrated_2r_f32_fk_jacobian(given_q, &calibrated_2r_f32_default_params, base_T_tool, jacobian);
+            const float *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const float accepted = calibrated_2r_f32_read(&calibrated_2r_f32_fk_jacobian_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = calibrated_2r_f32_worst_part(worst, found_base_T_tool[(frame * 16) + entry], calibrated_2r_f32_read(&calibrated_2r_f32_fk_jacobian_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = calibrated_2r_f32_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const float *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 12; entry++) {
+                const float accepted = calibrated_2r_f32_read(&calibrated_2r_f32_fk_jacobian_accepted_jacobian[entry]);
+                worst = calibrated_2r_f32_worst_part(worst, found_jacobian[entry], calibrated_2r_f32_read(&calibrated_2r_f32_fk_jacobian_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[30];
+            calibrated_2r_f32_parameter_jacobian(given_q, &calibrated_2r_f32_default_params, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 30; entry++) {
+                const float accepted = calibrated_2r_f32_read(&calibrated_2r_f32_parameter_jacobian_accepted[entry]);
+                worst = calibrated_2r_f32_worst_part(worst, found[entry], calibrated_2r_f32_read(&calibrated_2r_f32_parameter_jacobian_expected[vector][entry]), accepted);
             }
         }
     }

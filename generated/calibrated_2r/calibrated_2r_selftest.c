@@ -96,7 +96,7 @@ static void calibrated_2r_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +133,10 @@ static void calibrated_2r_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -217,27 +217,42 @@ double calibrated_2r_selftest(void)
             }
         }
         {
-            double base_T_frames[CALIBRATED_2R_FRAMES][16];
-            calibrated_2r_frames(given_q, &calibrated_2r_default_params, base_T_frames);
-            const double *const found = &base_T_frames[0][0];
-            for (int frame = 0; frame < 3; frame++) {
-                for (int entry = 0; entry < 12; entry++) {
-                    const double accepted = calibrated_2r_read(&calibrated_2r_frames_accepted[(frame * 12) + entry]);
-                    worst = calibrated_2r_worst_part(worst, found[(frame * 16) + entry], calibrated_2r_read(&calibrated_2r_frames_expected[vector][(frame * 12) + entry]), accepted);
-                }
-                for (int entry = 12; entry < 16; entry++) {
-                    const double constant = (entry == 15) ? 1.0 : 0.0;
-                    worst = calibrated_2r_worst_constant(worst, found[(frame * 16) + entry], constant);
-                }
-            }
-        }
-        {
             double base_p_tool[3];
             calibrated_2r_position(given_q, &calibrated_2r_default_params, base_p_tool);
             const double *const found = &base_p_tool[0];
             for (int entry = 0; entry < 3; entry++) {
                 const double accepted = calibrated_2r_read(&calibrated_2r_position_accepted[entry]);
                 worst = calibrated_2r_worst_part(worst, found[entry], calibrated_2r_read(&calibrated_2r_position_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double base_T_tool[16];
+            double jacobian[12];
+            calibrated_2r_fk_jacobian(given_q, &calibrated_2r_default_params, base_T_tool, jacobian);
+            const double *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = calibrated_2r_read(&calibrated_2r_fk_jacobian_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = calibrated_2r_worst_part(worst, found_base_T_tool[(frame * 16) + entry], calibrated_2r_read(&calibrated_2r_fk_jacobian_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = calibrated_2r_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 12; entry++) {
+                const double accepted = calibrated_2r_read(&calibrated_2r_fk_jacobian_accepted_jacobian[entry]);
+                worst = calibrated_2r_worst_part(worst, found_jacobian[entry], calibrated_2r_read(&calibrated_2r_fk_jacobian_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[30];
+            calibrated_2r_parameter_jacobian(given_q, &calibrated_2r_default_params, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 30; entry++) {
+                const double accepted = calibrated_2r_read(&calibrated_2r_parameter_jacobian_accepted[entry]);
+                worst = calibrated_2r_worst_part(worst, found[entry], calibrated_2r_read(&calibrated_2r_parameter_jacobian_expected[vector][entry]), accepted);
             }
         }
     }

@@ -45,6 +45,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
 from . import _numpy
 from ._engines import Array, Floats, load_native
 from ._limits import Clamp, WithinLimits
+from ._measures import condition_number, manipulability
 from ._names import NamedKernel
 
 __all__ = [
@@ -55,8 +56,11 @@ __all__ = [
     "TIPS",
     "backend",
     "clamp",
+    "condition_number",
     "fk",
+    "fk_jacobian",
     "frames",
+    "manipulability",
     "position",
     "within_limits",
 ]
@@ -193,7 +197,7 @@ TIPS: tuple[str, ...] = (
 )
 """Tips of the tree, in the order of the results; `fk.by_name(q)` gives a view for each."""
 
-_native = load_native("3fbb3e3f995fb518")
+_native = load_native("540b3206bf5f740a")
 
 fk: NamedKernel[Floats] = NamedKernel(
     "fk",
@@ -247,6 +251,28 @@ position: NamedKernel[Floats] = NamedKernel(
 
     q of shape (..., 17) gives (..., 5, 3), in the order of `TIPS`; angles in rad, lengths in mm.
     58 multiplications, 48 additions, 21 sine-cosine pairs for a configuration.
+    """,
+    names=TIPS,
+    word="tip",
+)
+
+fk_jacobian: NamedKernel[tuple[Floats, Floats]] = NamedKernel(
+    "fk_jacobian",
+    module=__name__,
+    symbol="hand",
+    inputs=(Array("q", (17,)),),
+    results=(Array("base_T_tips", (5, 4, 4), True), Array("jacobian", (5, 6, 17))),
+    reals=("float64", "float32"),
+    formula=_numpy.fk_jacobian,
+    native=_native,
+    params=None,
+    doc="""Pose of each tip in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 17) gives base_T_tips (..., 5, 4, 4) and jacobian (..., 5, 6, 17), in the order of `TIPS`; angles
+    in rad, lengths in mm.
+    167 multiplications, 86 additions, 31 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
     names=TIPS,
     word="tip",

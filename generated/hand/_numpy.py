@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,161 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
@@ -1216,4 +1369,913 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
         t67,
         t68,
         t64,
+    )
+
+
+def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Pose of each tip in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (17, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums
+    qu3 = q[11] + 1.4835298641951802
+    qu5 = q[14] + 1.3962634015954636
+    q4_5 = q[3] + q[4]
+    q7_8 = q[6] + q[7]
+    t0 = q[7] * 1.6666666666666667
+    qu1 = q[6] + t0
+    q10_11 = q[9] + q[10]
+    t1 = q[10] * 1.6666666666666667
+    qu2 = q[9] + t1
+    q13_14 = q[12] + q[13]
+    t2 = q[13] * 1.6666666666666667
+    qu4 = q[12] + t2
+    q16_17 = q[15] + q[16]
+    t3 = q[16] * 1.6666666666666667
+    qu6 = q[15] + t3
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s3, c3 = _sincos(q[2])
+    s4, c4 = _sincos(q[3])
+    s4_5, c4_5 = _sincos(q4_5)
+    s6, c6 = _sincos(q[5])
+    s7, c7 = _sincos(q[6])
+    s7_8, c7_8 = _sincos(q7_8)
+    su1, cu1 = _sincos(qu1)
+    s9, c9 = _sincos(q[8])
+    s10, c10 = _sincos(q[9])
+    s10_11, c10_11 = _sincos(q10_11)
+    su2, cu2 = _sincos(qu2)
+    su3, cu3 = _sincos(qu3)
+    s13, c13 = _sincos(q[12])
+    s13_14, c13_14 = _sincos(q13_14)
+    su4, cu4 = _sincos(qu4)
+    su5, cu5 = _sincos(qu5)
+    s16, c16 = _sincos(q[15])
+    s16_17, c16_17 = _sincos(q16_17)
+    su6, cu6 = _sincos(qu6)
+
+    # thumb_4, index_spread and 11 more: all results
+    t4 = c4 * 32.0
+    t5 = s4 * 32.0
+    t6 = c6 * cu1
+    t7 = s6 * cu1
+    t8 = c7_8 * 25.0
+    t9 = s7_8 * 25.0
+    t10 = c7 * 43.0
+    t11 = s7 * 43.0
+    t12 = s6 * -1.6666666666666667
+    t13 = c6 * 1.6666666666666667
+    t14 = c9 * cu2
+    t15 = s9 * cu2
+    t16 = c10_11 * 29.0
+    t17 = s10_11 * 29.0
+    t18 = c10 * 48.0
+    t19 = s10 * 48.0
+    t20 = s9 * -1.6666666666666667
+    t21 = 1.6666666666666667 * c9
+    t22 = su3 * cu4
+    t23 = cu3 * su4
+    t24 = c13_14 * 27.0
+    t25 = s13_14 * 27.0
+    t26 = c13 * 44.0
+    t27 = s13 * 44.0
+    t28 = cu3 * 1.6666666666666667
+    t29 = su3 * 1.6666666666666667
+    t30 = su5 * cu6
+    t31 = cu5 * su6
+    t32 = c16_17 * 20.0
+    t33 = s16_17 * 20.0
+    t34 = c16 * 34.0
+    t35 = s16 * 34.0
+    t36 = cu5 * 1.6666666666666667
+    t37 = su5 * 1.6666666666666667
+    t38 = -s6
+    t39 = -su1
+    t40 = -cu1
+
+    # index_1, index_2 and 7 more: all results
+    t41 = cu1 * -20.0
+    t42 = t41 - t8
+    t43 = t42 - t10
+    t44 = t41 * -0.6666666666666666
+    t45 = t42 - t44
+    t46 = -s9
+    t47 = -su2
+    t48 = -cu2
+    t49 = cu2 * -22.0
+    t50 = t49 - t16
+    t51 = t50 - t18
+    t52 = -0.6666666666666666 * t49
+    t53 = t50 - t52
+    t54 = -su4
+    t55 = -cu4
+    t56 = -su6
+    t57 = -cu6
+
+    # thumb_1: all results
+    t58 = s1 * -0.75
+    t59 = c1 * 0.5
+    t60 = t58 - t59
+    t61 = s1 * 0.4330127018922193
+    t62 = c1 * 0.8660254037844386
+    t63 = t62 - t61
+    t64 = s1 * 0.5
+    t65 = s1 * 0.8660254037844386
+    t66 = c1 * 0.75
+    t67 = t64 - t66
+    t68 = c1 * 0.4330127018922193
+    t69 = t65 + t68
+
+    # thumb_2 and thumb_3: all results
+    t70 = s2 * 0.4330127018922193
+    t71 = c2 * t67
+    t72 = t70 + t71
+    t73 = s2 * t67
+    t74 = s2 * 0.25
+    t75 = c2 * t69
+    t76 = t75 - t74
+    t77 = s2 * t69
+    t78 = s2 * 0.8660254037844386
+    t79 = s2 * t59
+    t80 = c2 * t59
+    t81 = t78 + t80
+    t82 = s3 * t72
+    t83 = c3 * t60
+    t84 = t82 + t83
+    t85 = s3 * t76
+    t86 = c3 * t63
+    t87 = t86 - t85
+    t88 = s3 * t81
+    t89 = c3 * t64
+    t90 = t88 + t89
+    t91 = s3 * t60
+    t92 = c3 * t72
+    t93 = t92 - t91
+    t94 = t72 * 45.0
+    t95 = c3 * t76
+    t96 = c3 * t81
+    t97 = t76 * 45.0
+    t98 = t81 * 45.0
+    t99 = s3 * t63
+    t100 = t95 + t99
+    t101 = s3 * t64
+    t102 = t101 - t96
+    t103 = c2 * 0.4330127018922193
+    t104 = t103 - t73
+    t105 = c2 * 0.25
+    t106 = t105 + t77
+    t107 = c2 * 0.8660254037844386
+    t108 = t107 - t79
+
+    # thumb_2, thumb_3, thumb_4 and thumb_5: rotation, position and linear part
+    t109 = s4_5 * t104
+    t110 = c4_5 * t93
+    t111 = t109 + t110
+    t112 = -t111
+    t113 = t111 * 27.0
+    t114 = s4_5 * t106
+    t115 = c4_5 * t100
+    t116 = t115 - t114
+    t117 = t116 * -27.0
+    t118 = s4_5 * t108
+    t119 = c4_5 * t102
+    t120 = t119 - t118
+    t121 = t120 * 27.0
+    t122 = s4_5 * t93
+    t123 = t93 * t4
+    t124 = c4_5 * t104
+    t125 = t122 - t124
+    t126 = t125 * 27.0
+    t127 = t104 * t5
+    t128 = t127 + t123
+    t129 = t113 + t128
+    t130 = t129 + t94
+    t131 = 20.0 - t130
+    t132 = c4_5 * t106
+    t133 = t106 * t5
+    t134 = t108 * t5
+    t135 = c4_5 * t108
+    t136 = c4_5 * 27.0
+    t137 = t136 + t4
+    t138 = t84 * t137
+    t139 = t87 * t137
+    t140 = t90 * t137
+    t141 = s4_5 * t100
+    t142 = t132 + t141
+    t143 = s4_5 * t102
+    t144 = t135 + t143
+    t145 = t100 * t4
+    t146 = t133 - t145
+    t147 = t102 * t4
+    t148 = t147 - t134
+    t149 = t117 + t146
+    t150 = t121 + t148
+    t151 = t149 - t97
+    t152 = t150 - t98
+    t153 = 25.0 - t151
+    t154 = t142 * -27.0
+    t155 = -t142
+    t156 = t144 * -27.0
+    t157 = -t144
+    t158 = 0.8660254037844386 * t151
+    t159 = 0.25 * t152
+    t160 = t158 + t159
+    t161 = t130 * -0.8660254037844386
+    t162 = 0.4330127018922193 * t152
+    t163 = t161 - t162
+    t164 = 0.4330127018922193 * t151
+    t165 = 0.25 * t130
+    t166 = t165 - t164
+    t167 = t64 * t151
+    t168 = t64 * t130
+    t169 = t63 * t130
+    t170 = t63 * t152
+    t171 = t167 + t170
+    t172 = t60 * t152
+    t173 = t168 + t172
+    t174 = t60 * t151
+    t175 = t169 - t174
+    t176 = -t173
+    t177 = t90 * t149
+    t178 = t90 * t129
+    t179 = t84 * t149
+    t180 = t84 * t150
+    t181 = t180 + t178
+    t182 = -t181
+    t183 = t87 * t150
+    t184 = t177 + t183
+
+    # thumb_2, index_spread and 5 more: rotation, position and linear part
+    t185 = t87 * t129
+    t186 = t185 - t179
+    t187 = c6 * su1
+    t188 = -t187
+    t189 = s6 * su1
+    t190 = -t189
+    t191 = su1 * -20.0
+    t192 = t191 - t9
+    t193 = t192 - t11
+    t194 = c6 * t193
+    t195 = s6 * t193
+    t196 = t191 * -0.6666666666666666
+    t197 = t192 - t196
+    t198 = c6 * t197
+    t199 = s6 * t197
+    t200 = c6 * t43
+    t201 = s6 * t43
+    t202 = 25.0 - t201
+    t203 = 90.0 - t200
+    t204 = -t200
+    t205 = c9 * su2
+    t206 = -t205
+    t207 = s9 * su2
+    t208 = -t207
+    t209 = su2 * -22.0
+    t210 = t209 - t17
+    t211 = t210 - t19
+    t212 = c9 * t211
+    t213 = s9 * t211
+    t214 = -0.6666666666666666 * t209
+    t215 = t210 - t214
+    t216 = c9 * t215
+    t217 = s9 * t215
+    t218 = c9 * t51
+    t219 = s9 * t51
+    t220 = 3.0 - t219
+    t221 = 94.0 - t218
+
+    # middle_spread, ring_spread and 5 more: rotation, position and linear part
+    t222 = -t218
+    t223 = cu3 * cu4
+    t224 = -t223
+    t225 = cu4 * -21.0
+    t226 = t225 - t24
+    t227 = t26 - t226
+    t228 = -0.6666666666666666 * t225
+    t229 = t226 - t228
+    t230 = -t227
+    t231 = su3 * su4
+    t232 = -t231
+    t233 = su4 * -21.0
+    t234 = t233 - t25
+    t235 = t234 - t27
+    t236 = su3 * t235
+    t237 = cu3 * t235
+    t238 = -t237
+    t239 = -0.6666666666666666 * t233
+    t240 = t239 - t234
+    t241 = cu3 * t240
+    t242 = cu3 * t227
+    t243 = -18.0 - t242
+    t244 = su3 * t227
+    t245 = t244 + 88.0
+    t246 = su3 * t240
+    t247 = -t246
+    t248 = cu5 * cu6
+    t249 = -t248
+    t250 = cu6 * -18.0
+    t251 = t250 - t32
+    t252 = t34 - t251
+    t253 = -0.6666666666666666 * t250
+    t254 = t251 - t253
+    t255 = -t252
+    t256 = su5 * su6
+    t257 = -t256
+
+    # little_spread, little_1 and little_2: position and linear part
+    t258 = su6 * -18.0
+    t259 = t258 - t33
+    t260 = t259 - t35
+    t261 = su5 * t260
+    t262 = cu5 * t260
+    t263 = -t262
+    t264 = -0.6666666666666666 * t258
+    t265 = t264 - t259
+    t266 = cu5 * t265
+    t267 = cu5 * t252
+    t268 = -37.0 - t267
+    t269 = su5 * t252
+    t270 = t269 + 78.0
+    t271 = su5 * t265
+    t272 = -t271
+    return (
+        t112,
+        t125,
+        t84,
+        t131,
+        t116,
+        t155,
+        t87,
+        t153,
+        t120,
+        t157,
+        t90,
+        t152,
+        t6,
+        t188,
+        t38,
+        t203,
+        t7,
+        t190,
+        c6,
+        t202,
+        t39,
+        t40,
+        0.0,
+        t193,
+        t14,
+        t206,
+        t46,
+        t221,
+        t15,
+        t208,
+        c9,
+        t220,
+        t47,
+        t48,
+        0.0,
+        t211,
+        t22,
+        t232,
+        cu3,
+        t245,
+        t224,
+        t23,
+        su3,
+        t243,
+        t54,
+        t55,
+        0.0,
+        t235,
+        t30,
+        t257,
+        cu5,
+        t270,
+        t249,
+        t31,
+        su5,
+        t268,
+        t56,
+        t57,
+        0.0,
+        t260,
+        t160,
+        t171,
+        t138,
+        t184,
+        t126,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t163,
+        t176,
+        t139,
+        t182,
+        t154,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t166,
+        t175,
+        t140,
+        t186,
+        t156,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.4330127018922193,
+        t60,
+        t104,
+        t84,
+        t84,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.25,
+        t63,
+        t106,
+        t87,
+        t87,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.8660254037844386,
+        t64,
+        t108,
+        t90,
+        t90,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t201,
+        t194,
+        t198,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t204,
+        t195,
+        t199,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t43,
+        t45,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t38,
+        t12,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        c6,
+        t13,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t219,
+        t212,
+        t216,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t222,
+        t213,
+        t217,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t51,
+        t53,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t46,
+        t20,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        c9,
+        t21,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t242,
+        t236,
+        t247,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t244,
+        t238,
+        t241,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t230,
+        t229,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        cu3,
+        t28,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        su3,
+        t29,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t267,
+        t261,
+        t272,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t269,
+        t263,
+        t266,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t255,
+        t254,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        cu5,
+        t36,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        su5,
+        t37,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+        0.0,
     )

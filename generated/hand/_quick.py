@@ -8,7 +8,6 @@ all others to `__call__` of its base. Without such a class in C, objects work as
 
 from __future__ import annotations
 
-from types import MethodType
 from typing import Any
 
 _made: dict[tuple[type[Any], int], type[Any]] = {}
@@ -32,7 +31,6 @@ def quick_class(base: type[Any], native: Any) -> type[Any]:
         if made is not base:
             for name in ("__name__", "__qualname__", "__module__", "__doc__"):
                 setattr(made, name, getattr(base, name))
-            made.__signature__ = property(_signature)
     return _made[key]
 
 
@@ -47,11 +45,3 @@ def quicken(kernel: Any, native: Any, structs: dict[Any, Any]) -> None:
     if native is not None and any(type(kernel) is made is not base for (base, _), made in _made.items()):
         places = {real.itemsize: int(native.ffi.cast("uintptr_t", struct)) for real, struct in structs.items()}
         native.quicken(kernel, kernel.__name__, kernel.kind, places.get(8, 0), places.get(4, 0))
-
-
-def _signature(kernel: Any) -> Any:
-    """What `inspect.signature` says of a kernel: that of `__call__` of its base."""
-    import inspect
-
-    base: Any = type(kernel).__base__
-    return inspect.signature(MethodType(base.__call__, kernel))

@@ -1,4 +1,4 @@
-/* hand_batch.h - Batches: forward kinematics of hand, double precision
+/* hand_batch.h - Batches: kinematics of hand, double precision
  *
  * Human hand, thumb with five joints and four fingers with three joints and one coupled joint each
  *
@@ -41,6 +41,9 @@ void hand_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_
 
 /* Position of the origin of each tip in the base frame. 15 numbers for each configuration. */
 void hand_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tips, ptrdiff_t base_p_tips_stride, int layout);
+
+/* Pose of each tip in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in the axes of the base. 570 numbers for each configuration. */
+void hand_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tips, ptrdiff_t base_T_tips_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* hand_f32_batch.h - Batches: forward kinematics of hand, single precision
+/* hand_f32_batch.h - Batches: kinematics of hand, single precision
  *
  * Human hand, thumb with five joints and four fingers with three joints and one coupled joint each
  *
@@ -41,6 +41,9 @@ void hand_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t
 
 /* Position of the origin of each tip in the base frame. 15 numbers for each configuration. */
 void hand_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tips, ptrdiff_t base_p_tips_stride, int layout);
+
+/* Pose of each tip in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in the axes of the base. 570 numbers for each configuration. */
+void hand_f32_fk_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tips, ptrdiff_t base_T_tips_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout);
 
 #ifdef __cplusplus
 }

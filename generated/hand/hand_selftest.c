@@ -96,7 +96,7 @@ static void hand_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +133,10 @@ static void hand_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -238,6 +238,27 @@ double hand_selftest(void)
             for (int entry = 0; entry < 15; entry++) {
                 const double accepted = hand_read(&hand_position_accepted[entry]);
                 worst = hand_worst_part(worst, found[entry], hand_read(&hand_position_expected[vector][entry]), accepted);
+            }
+        }
+        if (vector < 4) {
+            double base_T_tips[HAND_TIPS][16];
+            double jacobian[HAND_TIPS][102];
+            hand_fk_jacobian(given_q, base_T_tips, jacobian);
+            const double *const found_base_T_tips = &base_T_tips[0][0];
+            for (int frame = 0; frame < 5; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = hand_read(&hand_fk_jacobian_accepted_base_T_tips[(frame * 12) + entry]);
+                    worst = hand_worst_part(worst, found_base_T_tips[(frame * 16) + entry], hand_read(&hand_fk_jacobian_expected_base_T_tips[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = hand_worst_constant(worst, found_base_T_tips[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0][0];
+            for (int entry = 0; entry < 510; entry++) {
+                const double accepted = hand_read(&hand_fk_jacobian_accepted_jacobian[entry]);
+                worst = hand_worst_part(worst, found_jacobian[entry], hand_read(&hand_fk_jacobian_expected_jacobian[vector][entry]), accepted);
             }
         }
     }

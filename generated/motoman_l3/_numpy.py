@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,317 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _atan2_double(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in double."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.5463
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 2.2250738585072014e-308
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side.
+    z = t * t
+    w = z * z
+    a13 = w * -0.0064409620097308365
+    a11 = a13 - 0.03466495380060364
+    a11w = a11 * w
+    a9 = a11w - 0.05199785276921586
+    a9w = a9 * w
+    a7 = a9w - 0.06665476747011981
+    a7w = a7 * w
+    a5 = a7w - 0.0909090377719635
+    a5w = a5 * w
+    a3 = a5w - 0.14285714281741374
+    a3w = a3 * w
+    a1 = a3w - 0.33333333333333176
+    a12 = w * 0.02038764715331689
+    a10 = a12 + 0.04482172758367528
+    a10w = a10 * w
+    a8 = a10w + 0.058720659343036295
+    a8w = a8 * w
+    a6 = a8w + 0.07692211229011013
+    a6w = a6 * w
+    a4 = a6w + 0.11111110922228634
+    a4w = a4 * w
+    a2 = a4w + 0.19999999999957793
+    a2z = a2 * z
+    a = a1 + a2z
+    tz = t * z
+    tail = tz * a
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.39269908169872414
+    low = parts * 1.5308084989341915e-17
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
+
+def _atan2_float(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in float."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.414213562
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 1.17549435e-38
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z).
+    z = t * t
+    a5 = z * -0.0609269701
+    a4 = a5 + 0.106001638
+    a4z = a4 * z
+    a3 = a4z - 0.142445102
+    a3z = a3 * z
+    a2 = a3z + 0.199985325
+    a2z = a2 * z
+    a1 = a2z - 0.333333164
+    tz = t * z
+    tail = tz * a1
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.392699122
+    low = parts * -4.07301713e-08
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
+
+
+def _atan2(y: Floats | float, x: Floats | float) -> Floats:
+    """The angle of a point; zeros have no sign, and an infinity makes it NaN, as in the C files."""
+    if _AS_IN_C:
+        real = np.result_type(y, x)
+        y, x = np.asarray(y, real), np.asarray(x, real)
+        return _atan2_float(y, x) if real == np.float32 else _atan2_double(y, x)
+    return np.arctan2(y + (y - y), x + (x - x))
+
+
+def _sqrt(x: Floats | float) -> Floats:
+    """The square root; zeros have no sign, as in the C files."""
+    return np.sqrt(x + 0.0)
 
 
 def fk(q: Floats) -> tuple[Floats | float, ...]:
@@ -92,194 +398,408 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     )
 
 
-def frames(q: Floats) -> tuple[Floats | float, ...]:
-    """Poses of all links and named frames in the base frame.
+def actuators_to_joints(actuators: Floats) -> tuple[Floats | float, ...]:
+    """Joint vector for readings of the actuators.
 
     Args:
-        q: Joint vector (5, N).
+        actuators: Readings of the actuators (5, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
     """
-    # Angle sums: q23 of joint_2 and joint_3; q234 of joint_2, joint_3 and joint_4
-    q23 = q[1] + q[2]
-    q234 = q[3] + q23
+    # joints
+    t0 = actuators[3] * 0.008726646259971648
+    t1 = actuators[1] * 0.002
+    t2 = 0.4 + t1
+    t3 = t2 - 0.2
+    t4 = t2 + 0.2
+    t5 = 0.8 - t2
+    t6 = t2 + 0.8
+    t7 = t5 * t6
+    t8 = actuators[2] * 0.0025
+    t9 = 0.35 + t8
+    t10 = t9 - 0.17
+    t11 = t9 + 0.17
+    t12 = 0.73 - t9
+    t13 = t9 + 0.73
+    t14 = t12 * t13
+    t15 = actuators[0] * 0.008726646259971648
+    t16 = 0.08726646259971647 + t15
+    t17 = actuators[4] * 0.017453292519943295
+    t18 = -0.26179938779914946 - t17
 
-    # Sines and cosines
-    s1, c1 = _sincos(q[0])
-    s2, c2 = _sincos(q[1])
-    s23, c23 = _sincos(q23)
-    s234, c234 = _sincos(q234)
-    s5, c5 = _sincos(q[4])
+    # Square roots and arc tangents
+    t19 = _sqrt(t3)
+    t20 = _sqrt(t4)
+    t21 = _sqrt(t7)
+    t22 = _sqrt(t10)
+    t23 = _sqrt(t11)
+    t24 = _sqrt(t14)
 
-    # joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_1, frame joint_2, frame joint_3, frame joint_4 and
-    # frame joint_5
-    t0 = s234 * s5
-    t1 = -s1
-    t2 = -s2
-    t3 = -c2
-    t4 = -s23
-    t5 = -c23
-    t6 = -s234
-    t7 = -c234
-    t8 = c1 * c2
-    t9 = s1 * c2
-    t10 = t8 * 0.6
-    t11 = t9 * 0.6
+    # joints
+    t25 = t19 * t20
+    t26 = t22 * t23
+    t27 = t25 * t21
+    t28 = t25 * t25
+    t29 = t28 * 0.5
+    t30 = t21 * t21
+    t31 = 0.5 * t30
+    t32 = t31 - t29
+    t33 = t26 * t24
+    t34 = t26 * t26
+    t35 = 0.5 * t34
+    t36 = t24 * t24
+    t37 = 0.5 * t36
+    t38 = t37 - t35
 
-    # joint_1, joint_2 and joint_3: frame joint_2 and frame joint_3
-    t12 = c1 * s2
-    t13 = -t12
-    t14 = s1 * s2
-    t15 = -t14
-    t16 = s2 * -0.6
-    t17 = c1 * c23
-    t18 = s1 * c23
+    # Square roots and arc tangents
+    t39 = _atan2(t27, t32)
+    t40 = _atan2(t33, t38)
 
-    # joint_1, joint_2 and joint_3: frame joint_4
-    t19 = t17 * 0.5
-    t20 = t10 + t19
-    t21 = t18 * 0.5
-    t22 = t11 + t21
-
-    # joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4
-    t23 = c1 * s23
-    t24 = -t23
-    t25 = s1 * s23
-    t26 = -t25
-    t27 = s23 * 0.5
-    t28 = t16 - t27
-
-    # joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_4 and frame joint_5
-    t29 = c1 * c234
-    t30 = s1 * c234
-    t31 = c1 * s234
-    t32 = -t31
-    t33 = s1 * s234
-    t34 = -t33
-    t35 = s234 * c5
-    t36 = -t35
-    t37 = s1 * s5
-    t38 = s1 * c5
-
-    # joint_1 and joint_5: frame joint_5
-    t39 = c5 * t29
-    t40 = t39 - t37
-    t41 = s5 * t29
-    t42 = t38 + t41
-    t43 = -t42
-    t44 = c1 * s5
-    t45 = c1 * c5
-
-    # joint_5: frame joint_5
-    t46 = c5 * t30
-    t47 = t44 + t46
-    t48 = s5 * t30
-    t49 = t45 - t48
+    # joints
+    t41 = t39 - 4.205610929458676
+    t42 = t40 - t39
+    t43 = 2.469665925249153 + t42
+    t44 = 5.052070582998749 - t40
+    t45 = t44 - t0
     return (
-        c1,
-        t1,
-        0.0,
-        0.0,
-        s1,
-        c1,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-        0.0,
-        t8,
-        t13,
-        t1,
-        0.0,
-        t9,
-        t15,
-        c1,
-        0.0,
-        t2,
-        t3,
-        0.0,
-        0.0,
-        t17,
-        t24,
-        t1,
-        t10,
-        t18,
-        t26,
-        c1,
-        t11,
-        t4,
-        t5,
-        0.0,
         t16,
-        t29,
-        t32,
-        t1,
-        t20,
-        t30,
-        t34,
-        c1,
-        t22,
-        t6,
-        t7,
-        0.0,
-        t28,
-        t40,
+        t41,
         t43,
-        t31,
-        t20,
-        t47,
-        t49,
-        t33,
-        t22,
-        t36,
-        t0,
-        c234,
-        t28,
-        t40,
-        t43,
-        t31,
-        t20,
-        t47,
-        t49,
-        t33,
-        t22,
-        t36,
-        t0,
-        c234,
-        t28,
+        t45,
+        t18,
     )
 
 
-def position(q: Floats) -> tuple[Floats | float, ...]:
-    """Position of the tool's origin in the base frame.
+def joints_to_actuators(joints: Floats) -> tuple[Floats | float, ...]:
+    """Readings of the actuators for a joint vector.
 
     Args:
-        q: Joint vector (5, N).
+        joints: Joint vector (5, N).
 
     Returns:
         The computed entries, one array (N,) or number each.
     """
-    # Angle sums: q23 of joint_2 and joint_3
-    q23 = q[1] + q[2]
+    # Angle sums: qu1 of joint_2; t0 of joint_2 and joint_3; qu2 of joint_2 and joint_3
+    qu1 = joints[1] + 1.064018275868883
+    t0 = joints[1] + joints[2]
+    qu2 = 0.16514867741462683 + t0
 
     # Sines and cosines
-    s1, c1 = _sincos(q[0])
-    s2, c2 = _sincos(q[1])
-    s23, c23 = _sincos(q23)
+    su1, cu1 = _sincos(qu1)
+    su2, cu2 = _sincos(qu2)
 
-    # joint_1, joint_2 and joint_3: position
-    t0 = c2 * 0.6
-    t1 = c23 * 0.5
-    t2 = t0 + t1
-    t3 = c1 * t2
-    t4 = s1 * t2
-    t5 = s2 * -0.6
-    t6 = s23 * 0.5
-    t7 = t5 - t6
+    # joint_2 and joint_3: actuators
+    t1 = cu1 * 0.3
+    t2 = 0.34 + t1
+    t3 = np.where(su1 > 1e-09, -1.0, t2)
+    t4 = su2 * 0.252
+    t5 = 0.2809 + t4
+    t6 = np.where(cu2 < -1e-09, -1.0, t5)
+    t7 = joints[3] + t0
+    t8 = t7 - 3.3161255787892263
+    t9 = t8 * -114.59155902616465
+
+    # actuators
+    t10 = joints[0] - 0.08726646259971647
+    t11 = t10 * 114.59155902616465
+    t12 = joints[4] + 0.26179938779914946
+    t13 = t12 * -57.29577951308232
+
+    # Square roots and arc tangents
+    t14 = _sqrt(t3)
+    t15 = _sqrt(t6)
+
+    # joint_2 and joint_3: actuators
+    t16 = t14 * 500.0
+    t17 = t16 - 200.0
+    t18 = t15 * 400.0
+    t19 = t18 - 140.0
     return (
+        t11,
+        t17,
+        t19,
+        t9,
+        t13,
+    )
+
+
+def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame for readings of the actuators.
+
+    Args:
+        actuators: Readings of the actuators (5, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: t0 of A5; qu3 of A5; t1 of A1; qu1 of A1; t2 of A4; qu2 of A4
+    t0 = actuators[4] * 0.017453292519943295
+    qu3 = 0.26179938779914946 + t0
+    t1 = actuators[0] * 0.008726646259971648
+    qu1 = 0.08726646259971647 + t1
+    t2 = actuators[3] * 0.008726646259971648
+    qu2 = 1.3962634015954636 + t2
+
+    # Sines and cosines
+    su1, cu1 = _sincos(qu1)
+    su2, cu2 = _sincos(qu2)
+    su3, cu3 = _sincos(qu3)
+
+    # A4 and A5: rotation and position
+    t3 = cu3 * cu2
+    t4 = su3 * cu2
+    t5 = -su2
+    t6 = actuators[1] * 0.002
+    t7 = 0.4 + t6
+    t8 = t7 - 0.2
+    t9 = t7 + 0.2
+    t10 = 0.8 - t7
+    t11 = t7 + 0.8
+    t12 = t10 * t11
+    t13 = actuators[2] * 0.0025
+    t14 = 0.35 + t13
+    t15 = t14 - 0.17
+    t16 = t14 + 0.17
+    t17 = 0.73 - t14
+    t18 = t14 + 0.73
+    t19 = t17 * t18
+
+    # A1, A4 and A5: rotation
+    t20 = cu3 * su2
+    t21 = su3 * su2
+    t22 = su3 * su1
+    t23 = su3 * cu1
+
+    # A1 and A5: rotation
+    t24 = cu1 * t20
+    t25 = t22 - t24
+    t26 = su1 * t20
+    t27 = t23 + t26
+    t28 = -t27
+    t29 = cu3 * su1
+    t30 = cu3 * cu1
+
+    # A1: rotation
+    t31 = cu1 * t21
+    t32 = t29 + t31
+    t33 = -t32
+    t34 = su1 * t21
+    t35 = t30 - t34
+
+    # A1 and A4: rotation
+    t36 = cu1 * cu2
+    t37 = su1 * cu2
+    t38 = -t36
+    t39 = -t37
+
+    # Square roots and arc tangents
+    t40 = _sqrt(t8)
+    t41 = _sqrt(t9)
+    t42 = _sqrt(t12)
+    t43 = _sqrt(t15)
+    t44 = _sqrt(t16)
+    t45 = _sqrt(t19)
+
+    # position
+    t46 = t40 * t41
+    t47 = t43 * t44
+    t48 = t46 * t42
+    t49 = t46 * t46
+    t50 = t49 * 0.5
+    t51 = t42 * t42
+    t52 = 0.5 * t51
+    t53 = t50 - t52
+    t54 = t53 * 3.3333333333333335
+    t55 = t48 * 3.3333333333333335
+    t56 = t47 * t45
+    t57 = t47 * t47
+    t58 = 0.5 * t57
+    t59 = t45 * t45
+    t60 = 0.5 * t59
+    t61 = t58 - t60
+    t62 = t61 * 3.9682539682539684
+    t63 = t56 * 3.9682539682539684
+    t64 = t62 * 0.9863939238321437
+    t65 = t62 * 0.1643989873053573
+    t66 = t63 * 0.1643989873053573
+    t67 = t64 - t66
+    t68 = t63 * 0.9863939238321437
+    t69 = t65 + t68
+    t70 = 0.5 * t69
+    t71 = 0.5 * t67
+    t72 = t54 * 0.8743128571957756
+    t73 = t54 * 0.48536277951874246
+    t74 = t55 * 0.48536277951874246
+    t75 = t72 + t74
+    t76 = t55 * 0.8743128571957756
+    t77 = t73 - t76
+    t78 = t77 * 0.6
+    t79 = t70 + t78
+
+    # A1: position
+    t80 = cu1 * t79
+    t81 = su1 * t79
+    t82 = t75 * 0.6
+    t83 = t82 - t71
+    return (
+        t25,
+        t33,
+        t38,
+        t80,
+        t28,
+        t35,
+        t39,
+        t81,
         t3,
         t4,
+        t5,
+        t83,
+    )
+
+
+def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
+    """Actuator Jacobian of the tool.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        actuators: Readings of the actuators (5, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4
+    t0 = actuators[0] * 0.008726646259971648
+    qu1 = 0.08726646259971647 + t0
+    t1 = actuators[3] * 0.008726646259971648
+    qu2 = 1.3962634015954636 + t1
+
+    # Sines and cosines
+    su1, cu1 = _sincos(qu1)
+    su2, cu2 = _sincos(qu2)
+
+    # A1 and A4: angular part
+    t2 = su2 * 0.017453292519943295
+    t3 = 0.008726646259971648 * su1
+    t4 = cu1 * -0.008726646259971648
+    t5 = cu2 * 0.017453292519943295
+    t6 = cu1 * t5
+    t7 = su1 * t5
+
+    # linear part
+    t8 = actuators[1] * 0.002
+    t9 = 0.4 + t8
+    t10 = t9 - 0.2
+    t11 = t9 + 0.2
+    t12 = 0.8 - t9
+    t13 = t9 + 0.8
+    t14 = t12 * t13
+    t15 = actuators[2] * 0.0025
+    t16 = 0.35 + t15
+    t17 = t16 - 0.17
+    t18 = t16 + 0.17
+    t19 = 0.73 - t16
+    t20 = t16 + 0.73
+    t21 = t19 * t20
+
+    # Square roots and arc tangents
+    t22 = _sqrt(t10)
+    t23 = _sqrt(t11)
+    t24 = _sqrt(t14)
+    t25 = _sqrt(t17)
+    t26 = _sqrt(t18)
+    t27 = _sqrt(t21)
+
+    # linear part
+    t28 = t22 * t23
+    t29 = t25 * t26
+    t30 = t28 * t24
+    t31 = t28 * t28
+    t32 = t31 * 0.5
+    t33 = t24 * t24
+    t34 = 0.5 * t33
+    t35 = t32 - t34
+    t36 = t35 * 3.3333333333333335
+    t37 = t30 * 3.3333333333333335
+    t38 = 1.0 / t30
+    t39 = t9 * t38
+    t40 = 2.0 * t39
+    t41 = 0.002 * t40
+    t42 = t29 * t27
+    t43 = t29 * t29
+    t44 = 0.5 * t43
+    t45 = t27 * t27
+    t46 = 0.5 * t45
+    t47 = t44 - t46
+    t48 = t47 * 3.9682539682539684
+    t49 = t42 * 3.9682539682539684
+    t50 = 1.0 / t42
+    t51 = t16 * t50
+    t52 = 2.0 * t51
+    t53 = t52 * -0.0025
+    t54 = t48 * 0.9863939238321437
+    t55 = t48 * 0.1643989873053573
+    t56 = t49 * 0.1643989873053573
+    t57 = t54 - t56
+    t58 = t49 * 0.9863939238321437
+    t59 = t55 + t58
+    t60 = 0.5 * t59
+    t61 = 0.5 * t57
+    t62 = t53 * t60
+    t63 = t36 * 0.8743128571957756
+    t64 = t36 * 0.48536277951874246
+    t65 = t37 * 0.48536277951874246
+    t66 = t63 + t65
+    t67 = t37 * 0.8743128571957756
+    t68 = t64 - t67
+    t69 = t68 * -0.6
+    t70 = t60 - t69
+    t71 = t41 * t69
+    t72 = t66 * 0.6
+    t73 = 0.008726646259971648 * t70
+
+    # A1: linear part
+    t74 = cu1 * t73
+    t75 = su1 * t73
+    t76 = -t75
+    t77 = cu1 * t72
+    t78 = t41 * t77
+    t79 = su1 * t72
+    t80 = t41 * t79
+    t81 = cu1 * t61
+    t82 = su1 * t61
+    t83 = t53 * t81
+    t84 = t53 * t82
+    return (
+        t76,
+        t78,
+        t83,
+        0.0,
+        0.0,
+        t74,
+        t80,
+        t84,
+        0.0,
+        0.0,
+        0.0,
+        t71,
+        t62,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t3,
+        t6,
+        0.0,
+        0.0,
+        0.0,
+        t4,
         t7,
+        0.008726646259971648,
+        0.0,
+        0.0,
+        0.0,
+        t2,
     )

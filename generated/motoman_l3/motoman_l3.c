@@ -1,4 +1,4 @@
-/* motoman_l3.c - Forward kinematics of motoman_l3, double precision
+/* motoman_l3.c - Kinematics of motoman_l3, double precision
  *
  * Yasukawa Motoman L-3, chain of five joints after Craig
  *
@@ -14,6 +14,7 @@
 #endif
 
 #include <float.h>
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -92,7 +93,7 @@ static void motoman_l3_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -129,10 +130,10 @@ static void motoman_l3_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -145,6 +146,209 @@ static void motoman_l3_sincos(const double x, double *s, double *c)
 
 #define KINEGEN_MOTOMAN_L3_SINCOS(x, s, c) motoman_l3_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} motoman_l3_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define MOTOMAN_L3_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define MOTOMAN_L3_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define MOTOMAN_L3_OWN_ROOT
+#endif
+#endif
+
+#ifdef MOTOMAN_L3_OWN_ROOT
+/* The square root of the processor, as below. */
+static double motoman_l3_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static double motoman_l3_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    motoman_l3_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    motoman_l3_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    motoman_l3_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    motoman_l3_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    motoman_l3_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    motoman_l3_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static double motoman_l3_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    motoman_l3_bits horizontal;
+    horizontal.value = x + 0.0;
+    motoman_l3_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    motoman_l3_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    motoman_l3_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    motoman_l3_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    motoman_l3_bits large;
+    large.bits = width.bits ^ exchanged;
+    motoman_l3_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    motoman_l3_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    motoman_l3_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    motoman_l3_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    motoman_l3_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    motoman_l3_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    motoman_l3_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    motoman_l3_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
 
 void motoman_l3_fk(const double q[restrict MOTOMAN_L3_DOF], double base_T_tool[restrict 16])
 {
@@ -224,221 +428,396 @@ void motoman_l3_fk(const double q[restrict MOTOMAN_L3_DOF], double base_T_tool[r
     base_T_tool[15] = 1.0;
 }
 
-void motoman_l3_frames(const double q[restrict MOTOMAN_L3_DOF], double base_T_frames[restrict MOTOMAN_L3_FRAMES][16])
+void motoman_l3_actuators_to_joints(const double actuators[restrict MOTOMAN_L3_ACTUATORS], double joints[restrict 5])
 {
-    /* Angle sums: q23 of joint_2 and joint_3; q234 of joint_2, joint_3 and joint_4 */
-    const double q23 = q[1] + q[2];
-    const double q234 = q[3] + q23;
+    /* joints */
+    const double t0 = actuators[3] * 0.008726646259971648;
+    const double t1 = actuators[1] * 0.002;
+    const double t2 = 0.4 + t1;
+    const double t3 = t2 - 0.2;
+    const double t4 = t2 + 0.2;
+    const double t5 = 0.8 - t2;
+    const double t6 = t2 + 0.8;
+    const double t7 = t5 * t6;
+    const double t8 = actuators[2] * 0.0025;
+    const double t9 = 0.35 + t8;
+    const double t10 = t9 - 0.17;
+    const double t11 = t9 + 0.17;
+    const double t12 = 0.73 - t9;
+    const double t13 = t9 + 0.73;
+    const double t14 = t12 * t13;
+    const double t15 = actuators[0] * 0.008726646259971648;
+    const double t16 = 0.08726646259971647 + t15;
+    joints[0] = t16;
+    const double t17 = actuators[4] * 0.017453292519943295;
+    const double t18 = (-0.26179938779914946) - t17;
+    joints[4] = t18;
 
-    /* Sines and cosines */
-    double s1;
-    double c1;
-    KINEGEN_MOTOMAN_L3_SINCOS(q[0], &s1, &c1);
-    base_T_frames[0][4] = s1;
-    base_T_frames[0][0] = c1;
-    base_T_frames[0][5] = c1;
-    base_T_frames[1][6] = c1;
-    base_T_frames[2][6] = c1;
-    base_T_frames[3][6] = c1;
-    double s2;
-    double c2;
-    KINEGEN_MOTOMAN_L3_SINCOS(q[1], &s2, &c2);
-    double s23;
-    double c23;
-    KINEGEN_MOTOMAN_L3_SINCOS(q23, &s23, &c23);
-    double s234;
-    double c234;
-    KINEGEN_MOTOMAN_L3_SINCOS(q234, &s234, &c234);
-    base_T_frames[4][10] = c234;
-    base_T_frames[5][10] = c234;
-    double s5;
-    double c5;
-    KINEGEN_MOTOMAN_L3_SINCOS(q[4], &s5, &c5);
+    /* Square roots and arc tangents */
+    const double t19 = motoman_l3_sqrt(t3);
+    const double t20 = motoman_l3_sqrt(t4);
+    const double t21 = motoman_l3_sqrt(t7);
+    const double t22 = motoman_l3_sqrt(t10);
+    const double t23 = motoman_l3_sqrt(t11);
+    const double t24 = motoman_l3_sqrt(t14);
 
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_1, frame joint_2, frame joint_3, frame joint_4 and
-     * frame joint_5 */
-    const double t0 = s234 * s5;
-    base_T_frames[4][9] = t0;
-    base_T_frames[5][9] = t0;
-    const double t1 = -s1;
-    base_T_frames[0][1] = t1;
-    base_T_frames[1][2] = t1;
-    base_T_frames[2][2] = t1;
-    base_T_frames[3][2] = t1;
-    const double t2 = -s2;
-    base_T_frames[1][8] = t2;
-    const double t3 = -c2;
-    base_T_frames[1][9] = t3;
-    const double t4 = -s23;
-    base_T_frames[2][8] = t4;
-    const double t5 = -c23;
-    base_T_frames[2][9] = t5;
-    const double t6 = -s234;
-    base_T_frames[3][8] = t6;
-    const double t7 = -c234;
-    base_T_frames[3][9] = t7;
-    const double t8 = c1 * c2;
-    base_T_frames[1][0] = t8;
-    const double t9 = s1 * c2;
-    base_T_frames[1][4] = t9;
-    const double t10 = t8 * MOTOMAN_L3_L2;
-    base_T_frames[2][3] = t10;
-    const double t11 = t9 * MOTOMAN_L3_L2;
-    base_T_frames[2][7] = t11;
+    /* joints */
+    const double t25 = t19 * t20;
+    const double t26 = t22 * t23;
+    const double t27 = t25 * t21;
+    const double t28 = t25 * t25;
+    const double t29 = t28 * 0.5;
+    const double t30 = t21 * t21;
+    const double t31 = 0.5 * t30;
+    const double t32 = t31 - t29;
+    const double t33 = t26 * t24;
+    const double t34 = t26 * t26;
+    const double t35 = 0.5 * t34;
+    const double t36 = t24 * t24;
+    const double t37 = 0.5 * t36;
+    const double t38 = t37 - t35;
 
-    /* joint_1, joint_2 and joint_3: frame joint_2 and frame joint_3 */
-    const double t12 = c1 * s2;
-    const double t13 = -t12;
-    base_T_frames[1][1] = t13;
-    const double t14 = s1 * s2;
-    const double t15 = -t14;
-    base_T_frames[1][5] = t15;
-    const double t16 = s2 * -MOTOMAN_L3_L2;
-    base_T_frames[2][11] = t16;
-    const double t17 = c1 * c23;
-    base_T_frames[2][0] = t17;
-    const double t18 = s1 * c23;
-    base_T_frames[2][4] = t18;
+    /* Square roots and arc tangents */
+    const double t39 = motoman_l3_atan2(t27, t32);
+    const double t40 = motoman_l3_atan2(t33, t38);
 
-    /* joint_1, joint_2 and joint_3: frame joint_4 */
-    const double t19 = t17 * MOTOMAN_L3_L3;
-    const double t20 = t10 + t19;
-    base_T_frames[3][3] = t20;
-    base_T_frames[4][3] = t20;
-    base_T_frames[5][3] = t20;
-    const double t21 = t18 * MOTOMAN_L3_L3;
-    const double t22 = t11 + t21;
-    base_T_frames[3][7] = t22;
-    base_T_frames[4][7] = t22;
-    base_T_frames[5][7] = t22;
-
-    /* joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4 */
-    const double t23 = c1 * s23;
-    const double t24 = -t23;
-    base_T_frames[2][1] = t24;
-    const double t25 = s1 * s23;
-    const double t26 = -t25;
-    base_T_frames[2][5] = t26;
-    const double t27 = s23 * MOTOMAN_L3_L3;
-    const double t28 = t16 - t27;
-    base_T_frames[3][11] = t28;
-    base_T_frames[4][11] = t28;
-    base_T_frames[5][11] = t28;
-
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_4 and frame joint_5 */
-    const double t29 = c1 * c234;
-    base_T_frames[3][0] = t29;
-    const double t30 = s1 * c234;
-    base_T_frames[3][4] = t30;
-    const double t31 = c1 * s234;
-    base_T_frames[4][2] = t31;
-    base_T_frames[5][2] = t31;
-    const double t32 = -t31;
-    base_T_frames[3][1] = t32;
-    const double t33 = s1 * s234;
-    base_T_frames[4][6] = t33;
-    base_T_frames[5][6] = t33;
-    const double t34 = -t33;
-    base_T_frames[3][5] = t34;
-    const double t35 = s234 * c5;
-    const double t36 = -t35;
-    base_T_frames[4][8] = t36;
-    base_T_frames[5][8] = t36;
-    const double t37 = s1 * s5;
-    const double t38 = s1 * c5;
-
-    /* joint_1 and joint_5: frame joint_5 */
-    const double t39 = c5 * t29;
-    const double t40 = t39 - t37;
-    base_T_frames[4][0] = t40;
-    base_T_frames[5][0] = t40;
-    const double t41 = s5 * t29;
-    const double t42 = t38 + t41;
-    const double t43 = -t42;
-    base_T_frames[4][1] = t43;
-    base_T_frames[5][1] = t43;
-    const double t44 = c1 * s5;
-    const double t45 = c1 * c5;
-
-    /* joint_5: frame joint_5 */
-    const double t46 = c5 * t30;
-    const double t47 = t44 + t46;
-    base_T_frames[4][4] = t47;
-    base_T_frames[5][4] = t47;
-    const double t48 = s5 * t30;
-    const double t49 = t45 - t48;
-    base_T_frames[4][5] = t49;
-    base_T_frames[5][5] = t49;
-
-    /* Entries that need no computing */
-    base_T_frames[0][2] = 0.0;
-    base_T_frames[0][3] = 0.0;
-    base_T_frames[0][6] = 0.0;
-    base_T_frames[0][7] = 0.0;
-    base_T_frames[0][8] = 0.0;
-    base_T_frames[0][9] = 0.0;
-    base_T_frames[0][10] = 1.0;
-    base_T_frames[0][11] = 0.0;
-    base_T_frames[1][3] = 0.0;
-    base_T_frames[1][7] = 0.0;
-    base_T_frames[1][10] = 0.0;
-    base_T_frames[1][11] = 0.0;
-    base_T_frames[2][10] = 0.0;
-    base_T_frames[3][10] = 0.0;
-    base_T_frames[0][12] = 0.0;
-    base_T_frames[0][13] = 0.0;
-    base_T_frames[0][14] = 0.0;
-    base_T_frames[0][15] = 1.0;
-    base_T_frames[1][12] = 0.0;
-    base_T_frames[1][13] = 0.0;
-    base_T_frames[1][14] = 0.0;
-    base_T_frames[1][15] = 1.0;
-    base_T_frames[2][12] = 0.0;
-    base_T_frames[2][13] = 0.0;
-    base_T_frames[2][14] = 0.0;
-    base_T_frames[2][15] = 1.0;
-    base_T_frames[3][12] = 0.0;
-    base_T_frames[3][13] = 0.0;
-    base_T_frames[3][14] = 0.0;
-    base_T_frames[3][15] = 1.0;
-    base_T_frames[4][12] = 0.0;
-    base_T_frames[4][13] = 0.0;
-    base_T_frames[4][14] = 0.0;
-    base_T_frames[4][15] = 1.0;
-    base_T_frames[5][12] = 0.0;
-    base_T_frames[5][13] = 0.0;
-    base_T_frames[5][14] = 0.0;
-    base_T_frames[5][15] = 1.0;
+    /* joints */
+    const double t41 = t39 - 4.205610929458676;
+    joints[1] = t41;
+    const double t42 = t40 - t39;
+    const double t43 = 2.469665925249153 + t42;
+    joints[2] = t43;
+    const double t44 = 5.052070582998749 - t40;
+    const double t45 = t44 - t0;
+    joints[3] = t45;
 }
 
-void motoman_l3_position(const double q[restrict MOTOMAN_L3_DOF], double base_p_tool[restrict 3])
+void motoman_l3_joints_to_actuators(const double joints[restrict MOTOMAN_L3_DOF],
+                                    double actuators[restrict MOTOMAN_L3_ACTUATORS])
 {
-    /* Angle sums: q23 of joint_2 and joint_3 */
-    const double q23 = q[1] + q[2];
+    /* Angle sums: qu1 of joint_2; t0 of joint_2 and joint_3; qu2 of joint_2 and joint_3 */
+    const double qu1 = joints[1] + 1.064018275868883;
+    const double t0 = joints[1] + joints[2];
+    const double qu2 = 0.16514867741462683 + t0;
 
     /* Sines and cosines */
-    double s1;
-    double c1;
-    KINEGEN_MOTOMAN_L3_SINCOS(q[0], &s1, &c1);
-    double s2;
-    double c2;
-    KINEGEN_MOTOMAN_L3_SINCOS(q[1], &s2, &c2);
-    double s23;
-    double c23;
-    KINEGEN_MOTOMAN_L3_SINCOS(q23, &s23, &c23);
+    double su1;
+    double cu1;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu1, &su1, &cu1);
+    double su2;
+    double cu2;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu2, &su2, &cu2);
 
-    /* joint_1, joint_2 and joint_3: position */
-    const double t0 = c2 * MOTOMAN_L3_L2;
-    const double t1 = c23 * MOTOMAN_L3_L3;
-    const double t2 = t0 + t1;
-    const double t3 = c1 * t2;
-    base_p_tool[0] = t3;
-    const double t4 = s1 * t2;
-    base_p_tool[1] = t4;
-    const double t5 = s2 * -MOTOMAN_L3_L2;
-    const double t6 = s23 * MOTOMAN_L3_L3;
-    const double t7 = t5 - t6;
-    base_p_tool[2] = t7;
+    /* joint_2 and joint_3: actuators */
+    const double t1 = cu1 * 0.3;
+    const double t2 = 0.34 + t1;
+    const double t3 = (1e-09 < su1) ? (-1.0) : t2;
+    const double t4 = su2 * 0.252;
+    const double t5 = 0.2809 + t4;
+    const double t6 = (cu2 < (-1e-09)) ? (-1.0) : t5;
+    const double t7 = joints[3] + t0;
+    const double t8 = t7 - 3.3161255787892263;
+    const double t9 = t8 * (-114.59155902616465);
+    actuators[3] = t9;
+
+    /* actuators */
+    const double t10 = joints[0] - 0.08726646259971647;
+    const double t11 = t10 * 114.59155902616465;
+    actuators[0] = t11;
+    const double t12 = joints[4] + 0.26179938779914946;
+    const double t13 = t12 * (-57.29577951308232);
+    actuators[4] = t13;
+
+    /* Square roots and arc tangents */
+    const double t14 = motoman_l3_sqrt(t3);
+    const double t15 = motoman_l3_sqrt(t6);
+
+    /* joint_2 and joint_3: actuators */
+    const double t16 = t14 * 500.0;
+    const double t17 = t16 - 200.0;
+    actuators[1] = t17;
+    const double t18 = t15 * 400.0;
+    const double t19 = t18 - 140.0;
+    actuators[2] = t19;
+}
+
+void motoman_l3_fk_actuators(const double actuators[restrict MOTOMAN_L3_ACTUATORS], double base_T_tool[restrict 16])
+{
+    /* Angle sums: t0 of A5; qu3 of A5; t1 of A1; qu1 of A1; t2 of A4; qu2 of A4 */
+    const double t0 = actuators[4] * 0.017453292519943295;
+    const double qu3 = 0.26179938779914946 + t0;
+    const double t1 = actuators[0] * 0.008726646259971648;
+    const double qu1 = 0.08726646259971647 + t1;
+    const double t2 = actuators[3] * 0.008726646259971648;
+    const double qu2 = 1.3962634015954636 + t2;
+
+    /* Sines and cosines */
+    double su1;
+    double cu1;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu1, &su1, &cu1);
+    double su2;
+    double cu2;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu2, &su2, &cu2);
+    double su3;
+    double cu3;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu3, &su3, &cu3);
+
+    /* A4 and A5: rotation and position */
+    const double t3 = cu3 * cu2;
+    base_T_tool[8] = t3;
+    const double t4 = su3 * cu2;
+    base_T_tool[9] = t4;
+    const double t5 = -su2;
+    base_T_tool[10] = t5;
+    const double t6 = actuators[1] * 0.002;
+    const double t7 = 0.4 + t6;
+    const double t8 = t7 - 0.2;
+    const double t9 = t7 + 0.2;
+    const double t10 = 0.8 - t7;
+    const double t11 = t7 + 0.8;
+    const double t12 = t10 * t11;
+    const double t13 = actuators[2] * 0.0025;
+    const double t14 = 0.35 + t13;
+    const double t15 = t14 - 0.17;
+    const double t16 = t14 + 0.17;
+    const double t17 = 0.73 - t14;
+    const double t18 = t14 + 0.73;
+    const double t19 = t17 * t18;
+
+    /* A1, A4 and A5: rotation */
+    const double t20 = cu3 * su2;
+    const double t21 = su3 * su2;
+    const double t22 = su3 * su1;
+    const double t23 = su3 * cu1;
+
+    /* A1 and A5: rotation */
+    const double t24 = cu1 * t20;
+    const double t25 = t22 - t24;
+    base_T_tool[0] = t25;
+    const double t26 = su1 * t20;
+    const double t27 = t23 + t26;
+    const double t28 = -t27;
+    base_T_tool[4] = t28;
+    const double t29 = cu3 * su1;
+    const double t30 = cu3 * cu1;
+
+    /* A1: rotation */
+    const double t31 = cu1 * t21;
+    const double t32 = t29 + t31;
+    const double t33 = -t32;
+    base_T_tool[1] = t33;
+    const double t34 = su1 * t21;
+    const double t35 = t30 - t34;
+    base_T_tool[5] = t35;
+
+    /* A1 and A4: rotation */
+    const double t36 = cu1 * cu2;
+    const double t37 = su1 * cu2;
+    const double t38 = -t36;
+    base_T_tool[2] = t38;
+    const double t39 = -t37;
+    base_T_tool[6] = t39;
+
+    /* Square roots and arc tangents */
+    const double t40 = motoman_l3_sqrt(t8);
+    const double t41 = motoman_l3_sqrt(t9);
+    const double t42 = motoman_l3_sqrt(t12);
+    const double t43 = motoman_l3_sqrt(t15);
+    const double t44 = motoman_l3_sqrt(t16);
+    const double t45 = motoman_l3_sqrt(t19);
+
+    /* position */
+    const double t46 = t40 * t41;
+    const double t47 = t43 * t44;
+    const double t48 = t46 * t42;
+    const double t49 = t46 * t46;
+    const double t50 = t49 * 0.5;
+    const double t51 = t42 * t42;
+    const double t52 = 0.5 * t51;
+    const double t53 = t50 - t52;
+    const double t54 = t53 * 3.3333333333333335;
+    const double t55 = t48 * 3.3333333333333335;
+    const double t56 = t47 * t45;
+    const double t57 = t47 * t47;
+    const double t58 = 0.5 * t57;
+    const double t59 = t45 * t45;
+    const double t60 = 0.5 * t59;
+    const double t61 = t58 - t60;
+    const double t62 = t61 * 3.9682539682539684;
+    const double t63 = t56 * 3.9682539682539684;
+    const double t64 = t62 * 0.9863939238321437;
+    const double t65 = t62 * 0.1643989873053573;
+    const double t66 = t63 * 0.1643989873053573;
+    const double t67 = t64 - t66;
+    const double t68 = t63 * 0.9863939238321437;
+    const double t69 = t65 + t68;
+    const double t70 = 0.5 * t69;
+    const double t71 = 0.5 * t67;
+    const double t72 = t54 * 0.8743128571957756;
+    const double t73 = t54 * 0.48536277951874246;
+    const double t74 = t55 * 0.48536277951874246;
+    const double t75 = t72 + t74;
+    const double t76 = t55 * 0.8743128571957756;
+    const double t77 = t73 - t76;
+    const double t78 = t77 * 0.6;
+    const double t79 = t70 + t78;
+
+    /* A1: position */
+    const double t80 = cu1 * t79;
+    base_T_tool[3] = t80;
+    const double t81 = su1 * t79;
+    base_T_tool[7] = t81;
+    const double t82 = t75 * 0.6;
+    const double t83 = t82 - t71;
+    base_T_tool[11] = t83;
+
+    /* Entries that need no computing */
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+void motoman_l3_jacobian_actuators(const double actuators[restrict MOTOMAN_L3_ACTUATORS], double jacobian[restrict 30])
+{
+    /* Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4 */
+    const double t0 = actuators[0] * 0.008726646259971648;
+    const double qu1 = 0.08726646259971647 + t0;
+    const double t1 = actuators[3] * 0.008726646259971648;
+    const double qu2 = 1.3962634015954636 + t1;
+
+    /* Sines and cosines */
+    double su1;
+    double cu1;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu1, &su1, &cu1);
+    double su2;
+    double cu2;
+    KINEGEN_MOTOMAN_L3_SINCOS(qu2, &su2, &cu2);
+
+    /* A1 and A4: angular part */
+    const double t2 = su2 * 0.017453292519943295;
+    jacobian[29] = t2;
+    const double t3 = 0.008726646259971648 * su1;
+    jacobian[18] = t3;
+    const double t4 = cu1 * (-0.008726646259971648);
+    jacobian[23] = t4;
+    const double t5 = cu2 * 0.017453292519943295;
+    const double t6 = cu1 * t5;
+    jacobian[19] = t6;
+    const double t7 = su1 * t5;
+    jacobian[24] = t7;
+
+    /* linear part */
+    const double t8 = actuators[1] * 0.002;
+    const double t9 = 0.4 + t8;
+    const double t10 = t9 - 0.2;
+    const double t11 = t9 + 0.2;
+    const double t12 = 0.8 - t9;
+    const double t13 = t9 + 0.8;
+    const double t14 = t12 * t13;
+    const double t15 = actuators[2] * 0.0025;
+    const double t16 = 0.35 + t15;
+    const double t17 = t16 - 0.17;
+    const double t18 = t16 + 0.17;
+    const double t19 = 0.73 - t16;
+    const double t20 = t16 + 0.73;
+    const double t21 = t19 * t20;
+
+    /* Square roots and arc tangents */
+    const double t22 = motoman_l3_sqrt(t10);
+    const double t23 = motoman_l3_sqrt(t11);
+    const double t24 = motoman_l3_sqrt(t14);
+    const double t25 = motoman_l3_sqrt(t17);
+    const double t26 = motoman_l3_sqrt(t18);
+    const double t27 = motoman_l3_sqrt(t21);
+
+    /* linear part */
+    const double t28 = t22 * t23;
+    const double t29 = t25 * t26;
+    const double t30 = t28 * t24;
+    const double t31 = t28 * t28;
+    const double t32 = t31 * 0.5;
+    const double t33 = t24 * t24;
+    const double t34 = 0.5 * t33;
+    const double t35 = t32 - t34;
+    const double t36 = t35 * 3.3333333333333335;
+    const double t37 = t30 * 3.3333333333333335;
+    const double t38 = 1.0 / t30;
+    const double t39 = t9 * t38;
+    const double t40 = 2.0 * t39;
+    const double t41 = 0.002 * t40;
+    const double t42 = t29 * t27;
+    const double t43 = t29 * t29;
+    const double t44 = 0.5 * t43;
+    const double t45 = t27 * t27;
+    const double t46 = 0.5 * t45;
+    const double t47 = t44 - t46;
+    const double t48 = t47 * 3.9682539682539684;
+    const double t49 = t42 * 3.9682539682539684;
+    const double t50 = 1.0 / t42;
+    const double t51 = t16 * t50;
+    const double t52 = 2.0 * t51;
+    const double t53 = t52 * (-0.0025);
+    const double t54 = t48 * 0.9863939238321437;
+    const double t55 = t48 * 0.1643989873053573;
+    const double t56 = t49 * 0.1643989873053573;
+    const double t57 = t54 - t56;
+    const double t58 = t49 * 0.9863939238321437;
+    const double t59 = t55 + t58;
+    const double t60 = 0.5 * t59;
+    const double t61 = 0.5 * t57;
+    const double t62 = t53 * t60;
+    jacobian[12] = t62;
+    const double t63 = t36 * 0.8743128571957756;
+    const double t64 = t36 * 0.48536277951874246;
+    const double t65 = t37 * 0.48536277951874246;
+    const double t66 = t63 + t65;
+    const double t67 = t37 * 0.8743128571957756;
+    const double t68 = t64 - t67;
+    const double t69 = t68 * (-0.6);
+    const double t70 = t60 - t69;
+    const double t71 = t41 * t69;
+    jacobian[11] = t71;
+    const double t72 = t66 * 0.6;
+    const double t73 = 0.008726646259971648 * t70;
+
+    /* A1: linear part */
+    const double t74 = cu1 * t73;
+    jacobian[5] = t74;
+    const double t75 = su1 * t73;
+    const double t76 = -t75;
+    jacobian[0] = t76;
+    const double t77 = cu1 * t72;
+    const double t78 = t41 * t77;
+    jacobian[1] = t78;
+    const double t79 = su1 * t72;
+    const double t80 = t41 * t79;
+    jacobian[6] = t80;
+    const double t81 = cu1 * t61;
+    const double t82 = su1 * t61;
+    const double t83 = t53 * t81;
+    jacobian[2] = t83;
+    const double t84 = t53 * t82;
+    jacobian[7] = t84;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0;
+    jacobian[4] = 0.0;
+    jacobian[8] = 0.0;
+    jacobian[9] = 0.0;
+    jacobian[10] = 0.0;
+    jacobian[13] = 0.0;
+    jacobian[14] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[20] = 0.0;
+    jacobian[21] = 0.0;
+    jacobian[22] = 0.0;
+    jacobian[25] = 0.008726646259971648;
+    jacobian[26] = 0.0;
+    jacobian[27] = 0.0;
+    jacobian[28] = 0.0;
 }
 
 const double MOTOMAN_L3_LIMITS_LOW[MOTOMAN_L3_DOF] = {

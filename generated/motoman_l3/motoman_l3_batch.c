@@ -1,4 +1,4 @@
-/* motoman_l3_batch.c - Batches: forward kinematics of motoman_l3, double precision
+/* motoman_l3_batch.c - Batches: kinematics of motoman_l3, double precision
  *
  * Yasukawa Motoman L-3, chain of five joints after Craig
  *
@@ -14,6 +14,7 @@
 #endif
 
 #include <float.h>
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -57,6 +58,13 @@ enum { TILE = 16 };
 /* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
 enum { SHORT_TILE = 8 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define MOTOMAN_L3_INLINE static inline __attribute__((always_inline))
+#else
+#define MOTOMAN_L3_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
 #error "rounding by adding and subtracting needs a double that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -65,7 +73,7 @@ enum { SHORT_TILE = 8 };
 
 /* Sine and cosine of x radians, each within 0.85 units in the last place for |x| <= 1e5;
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void motoman_l3_sincos(const double x, double *s, double *c)
+MOTOMAN_L3_INLINE void motoman_l3_sincos(const double x, double *s, double *c)
 {
     /* The first product overflows just beyond 1e5; its infinity makes everything after it NaN. */
     const double scaled = x * 1.7976931348623158e+303;
@@ -93,7 +101,7 @@ static inline void motoman_l3_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +138,10 @@ static inline void motoman_l3_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -144,13 +152,6 @@ static inline void motoman_l3_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define MOTOMAN_L3_INLINE static inline __attribute__((always_inline))
-#else
-#define MOTOMAN_L3_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -159,6 +160,235 @@ static inline void motoman_l3_sincos(const double x, double *s, double *c)
 #elif defined(__GNUC__)
 #define MOTOMAN_L3_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} motoman_l3_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define MOTOMAN_L3_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define MOTOMAN_L3_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define MOTOMAN_L3_OWN_ROOT
+#endif
+#endif
+
+#ifdef MOTOMAN_L3_OWN_ROOT
+/* The square root of the processor, as below. */
+MOTOMAN_L3_INLINE double motoman_l3_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+MOTOMAN_L3_INLINE double motoman_l3_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    motoman_l3_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    motoman_l3_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    motoman_l3_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    motoman_l3_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    motoman_l3_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    motoman_l3_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+MOTOMAN_L3_INLINE double motoman_l3_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    motoman_l3_bits horizontal;
+    horizontal.value = x + 0.0;
+    motoman_l3_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    motoman_l3_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    motoman_l3_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    motoman_l3_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    motoman_l3_bits large;
+    large.bits = width.bits ^ exchanged;
+    motoman_l3_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    motoman_l3_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    motoman_l3_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    motoman_l3_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    motoman_l3_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    motoman_l3_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    motoman_l3_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    motoman_l3_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
+
+/* less if a < b, else other. */
+MOTOMAN_L3_INLINE double motoman_l3_select_lt(const double a, const double b, const double less, const double other)
+{
+    motoman_l3_bits first;
+    first.value = less;
+    motoman_l3_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint64_t large = first.bits | 0x4000000000000000U;
+    motoman_l3_bits size;
+    size.bits = large & 0x7FEFFFFFFFFFFFFFU;
+    const double negative = -size.value;
+    motoman_l3_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint64_t one = sign.bits >> 63;
+    const uint64_t all = 0U - one;
+    const uint64_t none = ~all;
+
+    const uint64_t kept = first.bits & all;
+    const uint64_t others = second.bits & none;
+    motoman_l3_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -348,31 +578,13 @@ static inline tile_input find_tile_5_short(const double *first, ptrdiff_t pose, 
     return found;
 }
 
-/* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
-static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], int frames, int count, double *restrict out,
-    ptrdiff_t out_stride, int last_rows)
+/* Writes the numbers of each configuration. */
+static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
 {
-    const int size = (last_rows != 0) ? 16 : 12;
-    int done = 0;
-#ifdef MOTOMAN_L3_LANES
-    for (; done + LANES <= count; done += LANES) {
-        for (int frame = 0; frame < frames; frame++) {
-            store_lanes(&t[frame * 12][done], SHORT_TILE, out + done * out_stride + frame * size, out_stride, last_rows);
-        }
-    }
-#endif
-    for (int i = done; i < count; i++) {
-        for (int frame = 0; frame < frames; frame++) {
-            double *const to = out + i * out_stride + frame * size;
-            for (int entry = 0; entry < 12; entry++) {
-                to[entry] = t[frame * 12 + entry][i];
-            }
-            if (last_rows != 0) {
-                to[12] = 0;
-                to[13] = 0;
-                to[14] = 0;
-                to[15] = 1;
-            }
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = t[row][i];
         }
     }
 }
@@ -500,245 +712,492 @@ void motoman_l3_fk_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t 
     }
 }
 
-static inline void motoman_l3_frames_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
-{
-    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
-        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        const double q234 = q[i * q_pose + 3 * q_joint] + q23;
-        double s1;
-        double c1;
-        motoman_l3_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        t[4][i] = s1;
-        t[0][i] = c1;
-        t[5][i] = c1;
-        t[18][i] = c1;
-        t[30][i] = c1;
-        t[42][i] = c1;
-        double s2;
-        double c2;
-        motoman_l3_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        double s23;
-        double c23;
-        motoman_l3_sincos(q23, &s23, &c23);
-        double s234;
-        double c234;
-        motoman_l3_sincos(q234, &s234, &c234);
-        t[58][i] = c234;
-        t[70][i] = c234;
-        double s5;
-        double c5;
-        motoman_l3_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const double t0 = s234 * s5;
-        t[57][i] = t0;
-        t[69][i] = t0;
-        const double t1 = -s1;
-        t[1][i] = t1;
-        t[14][i] = t1;
-        t[26][i] = t1;
-        t[38][i] = t1;
-        const double t2 = -s2;
-        t[20][i] = t2;
-        const double t3 = -c2;
-        t[21][i] = t3;
-        const double t4 = -s23;
-        t[32][i] = t4;
-        const double t5 = -c23;
-        t[33][i] = t5;
-        const double t6 = -s234;
-        t[44][i] = t6;
-        const double t7 = -c234;
-        t[45][i] = t7;
-        const double t8 = c1 * c2;
-        t[12][i] = t8;
-        const double t9 = s1 * c2;
-        t[16][i] = t9;
-        const double t10 = t8 * 0.6;
-        t[27][i] = t10;
-        const double t11 = t9 * 0.6;
-        t[31][i] = t11;
-        const double t12 = c1 * s2;
-        const double t13 = -t12;
-        t[13][i] = t13;
-        const double t14 = s1 * s2;
-        const double t15 = -t14;
-        t[17][i] = t15;
-        const double t16 = s2 * (-0.6);
-        t[35][i] = t16;
-        const double t17 = c1 * c23;
-        t[24][i] = t17;
-        const double t18 = s1 * c23;
-        t[28][i] = t18;
-        const double t19 = t17 * 0.5;
-        const double t20 = t10 + t19;
-        t[39][i] = t20;
-        t[51][i] = t20;
-        t[63][i] = t20;
-        const double t21 = t18 * 0.5;
-        const double t22 = t11 + t21;
-        t[43][i] = t22;
-        t[55][i] = t22;
-        t[67][i] = t22;
-        const double t23 = c1 * s23;
-        const double t24 = -t23;
-        t[25][i] = t24;
-        const double t25 = s1 * s23;
-        const double t26 = -t25;
-        t[29][i] = t26;
-        const double t27 = s23 * 0.5;
-        const double t28 = t16 - t27;
-        t[47][i] = t28;
-        t[59][i] = t28;
-        t[71][i] = t28;
-        const double t29 = c1 * c234;
-        t[36][i] = t29;
-        const double t30 = s1 * c234;
-        t[40][i] = t30;
-        const double t31 = c1 * s234;
-        t[50][i] = t31;
-        t[62][i] = t31;
-        const double t32 = -t31;
-        t[37][i] = t32;
-        const double t33 = s1 * s234;
-        t[54][i] = t33;
-        t[66][i] = t33;
-        const double t34 = -t33;
-        t[41][i] = t34;
-        const double t35 = s234 * c5;
-        const double t36 = -t35;
-        t[56][i] = t36;
-        t[68][i] = t36;
-        const double t37 = s1 * s5;
-        const double t38 = s1 * c5;
-        const double t39 = c5 * t29;
-        const double t40 = t39 - t37;
-        t[48][i] = t40;
-        t[60][i] = t40;
-        const double t41 = s5 * t29;
-        const double t42 = t38 + t41;
-        const double t43 = -t42;
-        t[49][i] = t43;
-        t[61][i] = t43;
-        const double t44 = c1 * s5;
-        const double t45 = c1 * c5;
-        const double t46 = c5 * t30;
-        const double t47 = t44 + t46;
-        t[52][i] = t47;
-        t[64][i] = t47;
-        const double t48 = s5 * t30;
-        const double t49 = t45 - t48;
-        t[53][i] = t49;
-        t[65][i] = t49;
-    }
-}
-
-void motoman_l3_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
-{
-    double q_copy[5][SHORT_TILE];
-    double t[72][SHORT_TILE];
-    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
-
-    if (n == 0) {
-        return;
-    }
-    tile_input q_tile = find_tile_5_short(q, q_pose, q_joint, n, q_copy);
-    for (int i = 0; i < SHORT_TILE; i++) {
-        t[2][i] = 0.0;
-        t[3][i] = 0.0;
-        t[6][i] = 0.0;
-        t[7][i] = 0.0;
-        t[8][i] = 0.0;
-        t[9][i] = 0.0;
-        t[10][i] = 1.0;
-        t[11][i] = 0.0;
-        t[15][i] = 0.0;
-        t[19][i] = 0.0;
-        t[22][i] = 0.0;
-        t[23][i] = 0.0;
-        t[34][i] = 0.0;
-        t[46][i] = 0.0;
-    }
-    for (size_t start = 0; start < n; start += SHORT_TILE) {
-        const size_t left = n - start;
-        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
-        const ptrdiff_t first = (ptrdiff_t)start;
-        motoman_l3_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
-        if (left > SHORT_TILE) {
-            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
-        }
-        if (layout == 2) {
-            store_rows_short(results, 72, count, base_T_frames + first, base_T_frames_stride);
-        } else if (layout == 1) {
-            store_matrices_short(results, 6, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
-        } else {
-            store_matrices_short(results, 6, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
-        }
-    }
-}
-
-MOTOMAN_L3_INLINE void motoman_l3_position_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+MOTOMAN_L3_INLINE void motoman_l3_actuators_to_joints_tile(const double *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double *restrict t, ptrdiff_t t_row)
 {
 #ifdef MOTOMAN_L3_APART
     MOTOMAN_L3_APART
 #endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        double s1;
-        double c1;
-        motoman_l3_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        double s2;
-        double c2;
-        motoman_l3_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        double s23;
-        double c23;
-        motoman_l3_sincos(q23, &s23, &c23);
-        const double t0 = c2 * 0.6;
-        const double t1 = c23 * 0.5;
-        const double t2 = t0 + t1;
-        const double t3 = c1 * t2;
-        t[0 * t_row + i] = t3;
-        const double t4 = s1 * t2;
-        t[1 * t_row + i] = t4;
-        const double t5 = s2 * (-0.6);
-        const double t6 = s23 * 0.5;
-        const double t7 = t5 - t6;
-        t[2 * t_row + i] = t7;
+        const double t0 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646259971648;
+        const double t1 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
+        const double t2 = 0.4 + t1;
+        const double t3 = t2 - 0.2;
+        const double t4 = t2 + 0.2;
+        const double t5 = 0.8 - t2;
+        const double t6 = t2 + 0.8;
+        const double t7 = t5 * t6;
+        const double t8 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
+        const double t9 = 0.35 + t8;
+        const double t10 = t9 - 0.17;
+        const double t11 = t9 + 0.17;
+        const double t12 = 0.73 - t9;
+        const double t13 = t9 + 0.73;
+        const double t14 = t12 * t13;
+        const double t15 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646259971648;
+        const double t16 = 0.08726646259971647 + t15;
+        t[0 * t_row + i] = t16;
+        const double t17 = actuators[i * actuators_pose + 4 * actuators_joint] * 0.017453292519943295;
+        const double t18 = (-0.26179938779914946) - t17;
+        t[4 * t_row + i] = t18;
+        const double t19 = motoman_l3_sqrt(t3);
+        const double t20 = motoman_l3_sqrt(t4);
+        const double t21 = motoman_l3_sqrt(t7);
+        const double t22 = motoman_l3_sqrt(t10);
+        const double t23 = motoman_l3_sqrt(t11);
+        const double t24 = motoman_l3_sqrt(t14);
+        const double t25 = t19 * t20;
+        const double t26 = t22 * t23;
+        const double t27 = t25 * t21;
+        const double t28 = t25 * t25;
+        const double t29 = t28 * 0.5;
+        const double t30 = t21 * t21;
+        const double t31 = 0.5 * t30;
+        const double t32 = t31 - t29;
+        const double t33 = t26 * t24;
+        const double t34 = t26 * t26;
+        const double t35 = 0.5 * t34;
+        const double t36 = t24 * t24;
+        const double t37 = 0.5 * t36;
+        const double t38 = t37 - t35;
+        const double t39 = motoman_l3_atan2(t27, t32);
+        const double t40 = motoman_l3_atan2(t33, t38);
+        const double t41 = t39 - 4.205610929458676;
+        t[1 * t_row + i] = t41;
+        const double t42 = t40 - t39;
+        const double t43 = 2.469665925249153 + t42;
+        t[2 * t_row + i] = t43;
+        const double t44 = 5.052070582998749 - t40;
+        const double t45 = t44 - t0;
+        t[3 * t_row + i] = t45;
     }
 }
 
-void motoman_l3_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
+void motoman_l3_actuators_to_joints_batch(size_t n, const double *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double *joints, ptrdiff_t joints_stride, int layout)
 {
-    double q_copy[5][TILE];
-    double t[3][TILE];
+    double actuators_copy[5][TILE];
+    double t[5][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
 
     size_t begin = 0;
 #ifdef MOTOMAN_L3_APART
-    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+    if ((layout == 2) && (actuators_pose == 1) && (joints_stride >= TILE)) {
         /* Neighbours in, neighbours out: full tiles are written where they belong. */
         for (; n - begin >= TILE; begin += TILE) {
-            double *const to = base_p_tool + begin;
-            motoman_l3_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+            double *const to = joints + begin;
+            motoman_l3_actuators_to_joints_tile(actuators + begin, 1, actuators_joint, to, joints_stride);
         }
     }
 #endif
     if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_5(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input actuators_tile = find_tile_5(actuators + (ptrdiff_t)begin * actuators_pose, actuators_pose, actuators_joint, n - begin, actuators_copy);
     for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        motoman_l3_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        motoman_l3_actuators_to_joints_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            actuators_tile = find_tile_5(actuators + (first + TILE) * actuators_pose, actuators_pose, actuators_joint, left - TILE, actuators_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
+            store_rows(results, 5, count, joints + first, joints_stride);
         } else {
-            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+            store_numbers(results, 5, count, joints + first * joints_stride, joints_stride);
+        }
+    }
+}
+
+MOTOMAN_L3_INLINE void motoman_l3_joints_to_actuators_tile(const double *restrict joints, ptrdiff_t joints_pose, ptrdiff_t joints_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef MOTOMAN_L3_APART
+    MOTOMAN_L3_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double qu1 = joints[i * joints_pose + 1 * joints_joint] + 1.064018275868883;
+        const double t0 = joints[i * joints_pose + 1 * joints_joint] + joints[i * joints_pose + 2 * joints_joint];
+        const double qu2 = 0.16514867741462683 + t0;
+        double su1;
+        double cu1;
+        motoman_l3_sincos(qu1, &su1, &cu1);
+        double su2;
+        double cu2;
+        motoman_l3_sincos(qu2, &su2, &cu2);
+        const double t1 = cu1 * 0.3;
+        const double t2 = 0.34 + t1;
+        const double t3 = motoman_l3_select_lt(1e-09, su1, (-1.0), t2);
+        const double t4 = su2 * 0.252;
+        const double t5 = 0.2809 + t4;
+        const double t6 = motoman_l3_select_lt(cu2, (-1e-09), (-1.0), t5);
+        const double t7 = joints[i * joints_pose + 3 * joints_joint] + t0;
+        const double t8 = t7 - 3.3161255787892263;
+        const double t9 = t8 * (-114.59155902616465);
+        t[3 * t_row + i] = t9;
+        const double t10 = joints[i * joints_pose + 0 * joints_joint] - 0.08726646259971647;
+        const double t11 = t10 * 114.59155902616465;
+        t[0 * t_row + i] = t11;
+        const double t12 = joints[i * joints_pose + 4 * joints_joint] + 0.26179938779914946;
+        const double t13 = t12 * (-57.29577951308232);
+        t[4 * t_row + i] = t13;
+        const double t14 = motoman_l3_sqrt(t3);
+        const double t15 = motoman_l3_sqrt(t6);
+        const double t16 = t14 * 500.0;
+        const double t17 = t16 - 200.0;
+        t[1 * t_row + i] = t17;
+        const double t18 = t15 * 400.0;
+        const double t19 = t18 - 140.0;
+        t[2 * t_row + i] = t19;
+    }
+}
+
+void motoman_l3_joints_to_actuators_batch(size_t n, const double *joints, ptrdiff_t joints_pose, ptrdiff_t joints_joint, double *actuators, ptrdiff_t actuators_stride, int layout)
+{
+    double joints_copy[5][TILE];
+    double t[5][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef MOTOMAN_L3_APART
+    if ((layout == 2) && (joints_pose == 1) && (actuators_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = actuators + begin;
+            motoman_l3_joints_to_actuators_tile(joints + begin, 1, joints_joint, to, actuators_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input joints_tile = find_tile_5(joints + (ptrdiff_t)begin * joints_pose, joints_pose, joints_joint, n - begin, joints_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_joints_to_actuators_tile(joints_tile.first, joints_tile.pose, joints_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            joints_tile = find_tile_5(joints + (first + TILE) * joints_pose, joints_pose, joints_joint, left - TILE, joints_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 5, count, actuators + first, actuators_stride);
+        } else {
+            store_numbers(results, 5, count, actuators + first * actuators_stride, actuators_stride);
+        }
+    }
+}
+
+MOTOMAN_L3_INLINE void motoman_l3_fk_actuators_tile(const double *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef MOTOMAN_L3_APART
+    MOTOMAN_L3_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double t0 = actuators[i * actuators_pose + 4 * actuators_joint] * 0.017453292519943295;
+        const double qu3 = 0.26179938779914946 + t0;
+        const double t1 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646259971648;
+        const double qu1 = 0.08726646259971647 + t1;
+        const double t2 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646259971648;
+        const double qu2 = 1.3962634015954636 + t2;
+        double su1;
+        double cu1;
+        motoman_l3_sincos(qu1, &su1, &cu1);
+        double su2;
+        double cu2;
+        motoman_l3_sincos(qu2, &su2, &cu2);
+        double su3;
+        double cu3;
+        motoman_l3_sincos(qu3, &su3, &cu3);
+        const double t3 = cu3 * cu2;
+        t[8 * t_row + i] = t3;
+        const double t4 = su3 * cu2;
+        t[9 * t_row + i] = t4;
+        const double t5 = -su2;
+        t[10 * t_row + i] = t5;
+        const double t6 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
+        const double t7 = 0.4 + t6;
+        const double t8 = t7 - 0.2;
+        const double t9 = t7 + 0.2;
+        const double t10 = 0.8 - t7;
+        const double t11 = t7 + 0.8;
+        const double t12 = t10 * t11;
+        const double t13 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
+        const double t14 = 0.35 + t13;
+        const double t15 = t14 - 0.17;
+        const double t16 = t14 + 0.17;
+        const double t17 = 0.73 - t14;
+        const double t18 = t14 + 0.73;
+        const double t19 = t17 * t18;
+        const double t20 = cu3 * su2;
+        const double t21 = su3 * su2;
+        const double t22 = su3 * su1;
+        const double t23 = su3 * cu1;
+        const double t24 = cu1 * t20;
+        const double t25 = t22 - t24;
+        t[0 * t_row + i] = t25;
+        const double t26 = su1 * t20;
+        const double t27 = t23 + t26;
+        const double t28 = -t27;
+        t[4 * t_row + i] = t28;
+        const double t29 = cu3 * su1;
+        const double t30 = cu3 * cu1;
+        const double t31 = cu1 * t21;
+        const double t32 = t29 + t31;
+        const double t33 = -t32;
+        t[1 * t_row + i] = t33;
+        const double t34 = su1 * t21;
+        const double t35 = t30 - t34;
+        t[5 * t_row + i] = t35;
+        const double t36 = cu1 * cu2;
+        const double t37 = su1 * cu2;
+        const double t38 = -t36;
+        t[2 * t_row + i] = t38;
+        const double t39 = -t37;
+        t[6 * t_row + i] = t39;
+        const double t40 = motoman_l3_sqrt(t8);
+        const double t41 = motoman_l3_sqrt(t9);
+        const double t42 = motoman_l3_sqrt(t12);
+        const double t43 = motoman_l3_sqrt(t15);
+        const double t44 = motoman_l3_sqrt(t16);
+        const double t45 = motoman_l3_sqrt(t19);
+        const double t46 = t40 * t41;
+        const double t47 = t43 * t44;
+        const double t48 = t46 * t42;
+        const double t49 = t46 * t46;
+        const double t50 = t49 * 0.5;
+        const double t51 = t42 * t42;
+        const double t52 = 0.5 * t51;
+        const double t53 = t50 - t52;
+        const double t54 = t53 * 3.3333333333333335;
+        const double t55 = t48 * 3.3333333333333335;
+        const double t56 = t47 * t45;
+        const double t57 = t47 * t47;
+        const double t58 = 0.5 * t57;
+        const double t59 = t45 * t45;
+        const double t60 = 0.5 * t59;
+        const double t61 = t58 - t60;
+        const double t62 = t61 * 3.9682539682539684;
+        const double t63 = t56 * 3.9682539682539684;
+        const double t64 = t62 * 0.9863939238321437;
+        const double t65 = t62 * 0.1643989873053573;
+        const double t66 = t63 * 0.1643989873053573;
+        const double t67 = t64 - t66;
+        const double t68 = t63 * 0.9863939238321437;
+        const double t69 = t65 + t68;
+        const double t70 = 0.5 * t69;
+        const double t71 = 0.5 * t67;
+        const double t72 = t54 * 0.8743128571957756;
+        const double t73 = t54 * 0.48536277951874246;
+        const double t74 = t55 * 0.48536277951874246;
+        const double t75 = t72 + t74;
+        const double t76 = t55 * 0.8743128571957756;
+        const double t77 = t73 - t76;
+        const double t78 = t77 * 0.6;
+        const double t79 = t70 + t78;
+        const double t80 = cu1 * t79;
+        t[3 * t_row + i] = t80;
+        const double t81 = su1 * t79;
+        t[7 * t_row + i] = t81;
+        const double t82 = t75 * 0.6;
+        const double t83 = t82 - t71;
+        t[11 * t_row + i] = t83;
+    }
+}
+
+void motoman_l3_fk_actuators_batch(size_t n, const double *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
+{
+    double actuators_copy[5][TILE];
+    double t[12][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef MOTOMAN_L3_APART
+    if ((layout == 2) && (actuators_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = base_T_tool + begin;
+            motoman_l3_fk_actuators_tile(actuators + begin, 1, actuators_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input actuators_tile = find_tile_5(actuators + (ptrdiff_t)begin * actuators_pose, actuators_pose, actuators_joint, n - begin, actuators_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_fk_actuators_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            actuators_tile = find_tile_5(actuators + (first + TILE) * actuators_pose, actuators_pose, actuators_joint, left - TILE, actuators_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+        }
+    }
+}
+
+static inline void motoman_l3_jacobian_actuators_tile(const double *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double t0 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646259971648;
+        const double qu1 = 0.08726646259971647 + t0;
+        const double t1 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646259971648;
+        const double qu2 = 1.3962634015954636 + t1;
+        double su1;
+        double cu1;
+        motoman_l3_sincos(qu1, &su1, &cu1);
+        double su2;
+        double cu2;
+        motoman_l3_sincos(qu2, &su2, &cu2);
+        const double t2 = su2 * 0.017453292519943295;
+        t[29][i] = t2;
+        const double t3 = 0.008726646259971648 * su1;
+        t[18][i] = t3;
+        const double t4 = cu1 * (-0.008726646259971648);
+        t[23][i] = t4;
+        const double t5 = cu2 * 0.017453292519943295;
+        const double t6 = cu1 * t5;
+        t[19][i] = t6;
+        const double t7 = su1 * t5;
+        t[24][i] = t7;
+        const double t8 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
+        const double t9 = 0.4 + t8;
+        const double t10 = t9 - 0.2;
+        const double t11 = t9 + 0.2;
+        const double t12 = 0.8 - t9;
+        const double t13 = t9 + 0.8;
+        const double t14 = t12 * t13;
+        const double t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
+        const double t16 = 0.35 + t15;
+        const double t17 = t16 - 0.17;
+        const double t18 = t16 + 0.17;
+        const double t19 = 0.73 - t16;
+        const double t20 = t16 + 0.73;
+        const double t21 = t19 * t20;
+        const double t22 = motoman_l3_sqrt(t10);
+        const double t23 = motoman_l3_sqrt(t11);
+        const double t24 = motoman_l3_sqrt(t14);
+        const double t25 = motoman_l3_sqrt(t17);
+        const double t26 = motoman_l3_sqrt(t18);
+        const double t27 = motoman_l3_sqrt(t21);
+        const double t28 = t22 * t23;
+        const double t29 = t25 * t26;
+        const double t30 = t28 * t24;
+        const double t31 = t28 * t28;
+        const double t32 = t31 * 0.5;
+        const double t33 = t24 * t24;
+        const double t34 = 0.5 * t33;
+        const double t35 = t32 - t34;
+        const double t36 = t35 * 3.3333333333333335;
+        const double t37 = t30 * 3.3333333333333335;
+        const double t38 = 1.0 / t30;
+        const double t39 = t9 * t38;
+        const double t40 = 2.0 * t39;
+        const double t41 = 0.002 * t40;
+        const double t42 = t29 * t27;
+        const double t43 = t29 * t29;
+        const double t44 = 0.5 * t43;
+        const double t45 = t27 * t27;
+        const double t46 = 0.5 * t45;
+        const double t47 = t44 - t46;
+        const double t48 = t47 * 3.9682539682539684;
+        const double t49 = t42 * 3.9682539682539684;
+        const double t50 = 1.0 / t42;
+        const double t51 = t16 * t50;
+        const double t52 = 2.0 * t51;
+        const double t53 = t52 * (-0.0025);
+        const double t54 = t48 * 0.9863939238321437;
+        const double t55 = t48 * 0.1643989873053573;
+        const double t56 = t49 * 0.1643989873053573;
+        const double t57 = t54 - t56;
+        const double t58 = t49 * 0.9863939238321437;
+        const double t59 = t55 + t58;
+        const double t60 = 0.5 * t59;
+        const double t61 = 0.5 * t57;
+        const double t62 = t53 * t60;
+        t[12][i] = t62;
+        const double t63 = t36 * 0.8743128571957756;
+        const double t64 = t36 * 0.48536277951874246;
+        const double t65 = t37 * 0.48536277951874246;
+        const double t66 = t63 + t65;
+        const double t67 = t37 * 0.8743128571957756;
+        const double t68 = t64 - t67;
+        const double t69 = t68 * (-0.6);
+        const double t70 = t60 - t69;
+        const double t71 = t41 * t69;
+        t[11][i] = t71;
+        const double t72 = t66 * 0.6;
+        const double t73 = 0.008726646259971648 * t70;
+        const double t74 = cu1 * t73;
+        t[5][i] = t74;
+        const double t75 = su1 * t73;
+        const double t76 = -t75;
+        t[0][i] = t76;
+        const double t77 = cu1 * t72;
+        const double t78 = t41 * t77;
+        t[1][i] = t78;
+        const double t79 = su1 * t72;
+        const double t80 = t41 * t79;
+        t[6][i] = t80;
+        const double t81 = cu1 * t61;
+        const double t82 = su1 * t61;
+        const double t83 = t53 * t81;
+        t[2][i] = t83;
+        const double t84 = t53 * t82;
+        t[7][i] = t84;
+    }
+}
+
+void motoman_l3_jacobian_actuators_batch(size_t n, const double *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double actuators_copy[5][SHORT_TILE];
+    double t[30][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input actuators_tile = find_tile_5_short(actuators, actuators_pose, actuators_joint, n, actuators_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[3][i] = 0.0;
+        t[4][i] = 0.0;
+        t[8][i] = 0.0;
+        t[9][i] = 0.0;
+        t[10][i] = 0.0;
+        t[13][i] = 0.0;
+        t[14][i] = 0.0;
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[20][i] = 0.0;
+        t[21][i] = 0.0;
+        t[22][i] = 0.0;
+        t[25][i] = 0.008726646259971648;
+        t[26][i] = 0.0;
+        t[27][i] = 0.0;
+        t[28][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_jacobian_actuators_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            actuators_tile = find_tile_5_short(actuators + (first + SHORT_TILE) * actuators_pose, actuators_pose, actuators_joint, left - SHORT_TILE, actuators_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 30, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers_short(results, 30, count, jacobian + first * jacobian_stride, jacobian_stride);
         }
     }
 }

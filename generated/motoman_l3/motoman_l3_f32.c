@@ -1,4 +1,4 @@
-/* motoman_l3_f32.c - Forward kinematics of motoman_l3, single precision
+/* motoman_l3_f32.c - Kinematics of motoman_l3, single precision
  *
  * Yasukawa Motoman L-3, chain of five joints after Craig
  *
@@ -12,6 +12,8 @@
 #if MOTOMAN_L3_MODEL != 0xda5d212a1ebfcfb7U
 #error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -56,8 +58,8 @@
 static void motoman_l3_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -65,8 +67,8 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -81,20 +83,20 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -105,10 +107,10 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -121,6 +123,161 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
 
 #define KINEGEN_MOTOMAN_L3_F32_SINCOS(x, s, c) motoman_l3_f32_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    float value;
+    uint32_t bits;
+} motoman_l3_f32_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define MOTOMAN_L3_F32_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 4) != 0
+#define MOTOMAN_L3_F32_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 32
+#define MOTOMAN_L3_F32_OWN_ROOT
+#endif
+#endif
+
+#ifdef MOTOMAN_L3_F32_OWN_ROOT
+/* The square root of the processor, as below. */
+static float motoman_l3_f32_sqrt(const float x)
+{
+    const float number = x + 0.0F; /* a zero without a sign */
+    return __builtin_sqrtf(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static float motoman_l3_f32_sqrt(const float x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const float up = (x < 1e-30F) ? 16777216.0F : 0.25F;
+    const float down = (x < 1e-30F) ? 0.000244140625F : 2.0F;
+    motoman_l3_f32_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint32_t next = number.bits + 0x00800000U;
+    const uint32_t exponent = next & 0xFF000000U;
+    const uint32_t digits = number.bits - exponent;
+    const uint32_t half = exponent >> 1;
+    motoman_l3_f32_bits m;
+    m.bits = digits + 0x40000000U;
+    motoman_l3_f32_bits scale;
+    scale.bits = half + 0x1F800000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; a step of Newton's method, to 9e-4; one of the next order. */
+    const uint32_t halved = m.bits >> 1;
+    motoman_l3_f32_bits guess;
+    guess.bits = 0x5F376000U - halved;
+    const float h = m.value * 0.5F;
+    const float y0 = guess.value;
+    const float hy0 = h * y0;
+    const float hyy0 = hy0 * y0;
+    const float f0 = 1.50088632F - hyy0;
+    const float y1 = y0 * f0;
+    const float my1 = m.value * y1;
+    const float myy1 = my1 * y1;
+    const float g = 1.0F - myy1;
+    const float g1 = g * 0.375F;
+    const float g2 = g1 + 0.5F;
+    const float g3 = g2 * g;
+    const float growth = g3 * y1;
+    const float r = y1 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const float s = m.value * r;
+    motoman_l3_f32_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFF000U;
+    const float high = cut.value;
+    const float low = s - high;
+    const float square = high * high;
+    const float rest0 = m.value - square;
+    const float twice = high + high;
+    const float mixed = twice * low;
+    const float rest1 = rest0 - mixed;
+    const float small = low * low;
+    const float rest = rest1 - small;
+    const float half_r = r * 0.5F;
+    const float correction = rest * half_r;
+    const float root_m = s + correction;
+    const float scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    motoman_l3_f32_bits none;
+    none.bits = 0x7FC00000U;
+    const float positive = (x > 0.0F) ? down : 0.0F;
+    const float zero_or_none = (x >= 0.0F) ? positive : none.value;
+    const float factor = (x > 3.40282347e+38F) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.7e-7 rad (6e-8 up to pi/4) if the larger of |x| and |y| lies
+   between 1e-30 and 1e38; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static float motoman_l3_f32_atan2(const float y, const float x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. */
+    const float sign_x = (x < 0.0F) ? -1.0F : 1.0F;
+    const float sign_y = (y < 0.0F) ? -1.0F : 1.0F;
+    const float width = x * sign_x;
+    const float height = y * sign_y;
+    const float large = (width < height) ? height : width;
+    const float small = (width < height) ? width : height;
+
+    /* angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+       not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors. */
+    const float flip = (width < height) ? -1.0F : 1.0F;
+    const float flat = (width < height) ? 0.0F : 4.0F;
+    const float sign = sign_x * flip;
+    const float side = sign_x * flat;
+    const float right = 4.0F - side;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+       divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite. */
+    const float half_large = large * 0.5F;
+    const float half_small = small * 0.5F;
+    const float bound = large * 0.41421357F;
+    const float twice = (bound < small) ? 2.0F : 0.0F;
+    const float across = half_large * twice;
+    const float along = half_small * twice;
+    const float dividend = small - across;
+    const float total = large + along;
+    const float divisor = total + 1.1754944e-38F;
+    const float t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z). */
+    const float z = t * t;
+    const float a5 = z * -0.06092697F;
+    const float a4 = a5 + 0.10600164F;
+    const float a4z = a4 * z;
+    const float a3 = a4z - 0.1424451F;
+    const float a3z = a3 * z;
+    const float a2 = a3z + 0.19998533F;
+    const float a2z = a2 * z;
+    const float a1 = a2z - 0.33333316F;
+    const float tz = t * z;
+    const float tail = tz * a1;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    const float turn = sign * twice;
+    const float parts = right + turn;
+    const float base = parts * 0.39269912F;
+    const float low = parts * -4.073017e-08F;
+    const float signed_t = sign * t;
+    const float signed_tail = sign * tail;
+    const float rough = base + signed_t;
+    const float back = rough - base;
+    const float lost = signed_t - back;
+    const float small0 = lost + low;
+    const float rest = small0 + signed_tail;
+    const float angle = rough + rest;
+    return angle * sign_y;
+}
 
 void motoman_l3_f32_fk(const float q[restrict MOTOMAN_L3_DOF], float base_T_tool[restrict 16])
 {
@@ -200,221 +357,397 @@ void motoman_l3_f32_fk(const float q[restrict MOTOMAN_L3_DOF], float base_T_tool
     base_T_tool[15] = 1.0F;
 }
 
-void motoman_l3_f32_frames(const float q[restrict MOTOMAN_L3_DOF], float base_T_frames[restrict MOTOMAN_L3_FRAMES][16])
+void motoman_l3_f32_actuators_to_joints(const float actuators[restrict MOTOMAN_L3_ACTUATORS], float joints[restrict 5])
 {
-    /* Angle sums: q23 of joint_2 and joint_3; q234 of joint_2, joint_3 and joint_4 */
-    const float q23 = q[1] + q[2];
-    const float q234 = q[3] + q23;
+    /* joints */
+    const float t0 = actuators[3] * 0.008726646F;
+    const float t1 = actuators[1] * 0.002F;
+    const float t2 = 0.4F + t1;
+    const float t3 = t2 - 0.2F;
+    const float t4 = t2 + 0.2F;
+    const float t5 = 0.8F - t2;
+    const float t6 = t2 + 0.8F;
+    const float t7 = t5 * t6;
+    const float t8 = actuators[2] * 0.0025F;
+    const float t9 = 0.35F + t8;
+    const float t10 = t9 - 0.17F;
+    const float t11 = t9 + 0.17F;
+    const float t12 = 0.73F - t9;
+    const float t13 = t9 + 0.73F;
+    const float t14 = t12 * t13;
+    const float t15 = actuators[0] * 0.008726646F;
+    const float t16 = 0.08726646F + t15;
+    joints[0] = t16;
+    const float t17 = actuators[4] * 0.017453292F;
+    const float t18 = (-0.2617994F) - t17;
+    joints[4] = t18;
 
-    /* Sines and cosines */
-    float s1;
-    float c1;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q[0], &s1, &c1);
-    base_T_frames[0][4] = s1;
-    base_T_frames[0][0] = c1;
-    base_T_frames[0][5] = c1;
-    base_T_frames[1][6] = c1;
-    base_T_frames[2][6] = c1;
-    base_T_frames[3][6] = c1;
-    float s2;
-    float c2;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q[1], &s2, &c2);
-    float s23;
-    float c23;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q23, &s23, &c23);
-    float s234;
-    float c234;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q234, &s234, &c234);
-    base_T_frames[4][10] = c234;
-    base_T_frames[5][10] = c234;
-    float s5;
-    float c5;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q[4], &s5, &c5);
+    /* Square roots and arc tangents */
+    const float t19 = motoman_l3_f32_sqrt(t3);
+    const float t20 = motoman_l3_f32_sqrt(t4);
+    const float t21 = motoman_l3_f32_sqrt(t7);
+    const float t22 = motoman_l3_f32_sqrt(t10);
+    const float t23 = motoman_l3_f32_sqrt(t11);
+    const float t24 = motoman_l3_f32_sqrt(t14);
 
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_1, frame joint_2, frame joint_3, frame joint_4 and
-     * frame joint_5 */
-    const float t0 = s234 * s5;
-    base_T_frames[4][9] = t0;
-    base_T_frames[5][9] = t0;
-    const float t1 = -s1;
-    base_T_frames[0][1] = t1;
-    base_T_frames[1][2] = t1;
-    base_T_frames[2][2] = t1;
-    base_T_frames[3][2] = t1;
-    const float t2 = -s2;
-    base_T_frames[1][8] = t2;
-    const float t3 = -c2;
-    base_T_frames[1][9] = t3;
-    const float t4 = -s23;
-    base_T_frames[2][8] = t4;
-    const float t5 = -c23;
-    base_T_frames[2][9] = t5;
-    const float t6 = -s234;
-    base_T_frames[3][8] = t6;
-    const float t7 = -c234;
-    base_T_frames[3][9] = t7;
-    const float t8 = c1 * c2;
-    base_T_frames[1][0] = t8;
-    const float t9 = s1 * c2;
-    base_T_frames[1][4] = t9;
-    const float t10 = t8 * MOTOMAN_L3_F32_L2;
-    base_T_frames[2][3] = t10;
-    const float t11 = t9 * MOTOMAN_L3_F32_L2;
-    base_T_frames[2][7] = t11;
+    /* joints */
+    const float t25 = t19 * t20;
+    const float t26 = t22 * t23;
+    const float t27 = t25 * t21;
+    const float t28 = t25 * t25;
+    const float t29 = t28 * 0.5F;
+    const float t30 = t21 * t21;
+    const float t31 = 0.5F * t30;
+    const float t32 = t31 - t29;
+    const float t33 = t26 * t24;
+    const float t34 = t26 * t26;
+    const float t35 = 0.5F * t34;
+    const float t36 = t24 * t24;
+    const float t37 = 0.5F * t36;
+    const float t38 = t37 - t35;
 
-    /* joint_1, joint_2 and joint_3: frame joint_2 and frame joint_3 */
-    const float t12 = c1 * s2;
-    const float t13 = -t12;
-    base_T_frames[1][1] = t13;
-    const float t14 = s1 * s2;
-    const float t15 = -t14;
-    base_T_frames[1][5] = t15;
-    const float t16 = s2 * -MOTOMAN_L3_F32_L2;
-    base_T_frames[2][11] = t16;
-    const float t17 = c1 * c23;
-    base_T_frames[2][0] = t17;
-    const float t18 = s1 * c23;
-    base_T_frames[2][4] = t18;
+    /* Square roots and arc tangents */
+    const float t39 = motoman_l3_f32_atan2(t27, t32);
+    const float t40 = motoman_l3_f32_atan2(t33, t38);
 
-    /* joint_1, joint_2 and joint_3: frame joint_4 */
-    const float t19 = t17 * MOTOMAN_L3_F32_L3;
-    const float t20 = t10 + t19;
-    base_T_frames[3][3] = t20;
-    base_T_frames[4][3] = t20;
-    base_T_frames[5][3] = t20;
-    const float t21 = t18 * MOTOMAN_L3_F32_L3;
-    const float t22 = t11 + t21;
-    base_T_frames[3][7] = t22;
-    base_T_frames[4][7] = t22;
-    base_T_frames[5][7] = t22;
-
-    /* joint_1, joint_2 and joint_3: frame joint_3 and frame joint_4 */
-    const float t23 = c1 * s23;
-    const float t24 = -t23;
-    base_T_frames[2][1] = t24;
-    const float t25 = s1 * s23;
-    const float t26 = -t25;
-    base_T_frames[2][5] = t26;
-    const float t27 = s23 * MOTOMAN_L3_F32_L3;
-    const float t28 = t16 - t27;
-    base_T_frames[3][11] = t28;
-    base_T_frames[4][11] = t28;
-    base_T_frames[5][11] = t28;
-
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: frame joint_4 and frame joint_5 */
-    const float t29 = c1 * c234;
-    base_T_frames[3][0] = t29;
-    const float t30 = s1 * c234;
-    base_T_frames[3][4] = t30;
-    const float t31 = c1 * s234;
-    base_T_frames[4][2] = t31;
-    base_T_frames[5][2] = t31;
-    const float t32 = -t31;
-    base_T_frames[3][1] = t32;
-    const float t33 = s1 * s234;
-    base_T_frames[4][6] = t33;
-    base_T_frames[5][6] = t33;
-    const float t34 = -t33;
-    base_T_frames[3][5] = t34;
-    const float t35 = s234 * c5;
-    const float t36 = -t35;
-    base_T_frames[4][8] = t36;
-    base_T_frames[5][8] = t36;
-    const float t37 = s1 * s5;
-    const float t38 = s1 * c5;
-
-    /* joint_1 and joint_5: frame joint_5 */
-    const float t39 = c5 * t29;
-    const float t40 = t39 - t37;
-    base_T_frames[4][0] = t40;
-    base_T_frames[5][0] = t40;
-    const float t41 = s5 * t29;
-    const float t42 = t38 + t41;
-    const float t43 = -t42;
-    base_T_frames[4][1] = t43;
-    base_T_frames[5][1] = t43;
-    const float t44 = c1 * s5;
-    const float t45 = c1 * c5;
-
-    /* joint_5: frame joint_5 */
-    const float t46 = c5 * t30;
-    const float t47 = t44 + t46;
-    base_T_frames[4][4] = t47;
-    base_T_frames[5][4] = t47;
-    const float t48 = s5 * t30;
-    const float t49 = t45 - t48;
-    base_T_frames[4][5] = t49;
-    base_T_frames[5][5] = t49;
-
-    /* Entries that need no computing */
-    base_T_frames[0][2] = 0.0F;
-    base_T_frames[0][3] = 0.0F;
-    base_T_frames[0][6] = 0.0F;
-    base_T_frames[0][7] = 0.0F;
-    base_T_frames[0][8] = 0.0F;
-    base_T_frames[0][9] = 0.0F;
-    base_T_frames[0][10] = 1.0F;
-    base_T_frames[0][11] = 0.0F;
-    base_T_frames[1][3] = 0.0F;
-    base_T_frames[1][7] = 0.0F;
-    base_T_frames[1][10] = 0.0F;
-    base_T_frames[1][11] = 0.0F;
-    base_T_frames[2][10] = 0.0F;
-    base_T_frames[3][10] = 0.0F;
-    base_T_frames[0][12] = 0.0F;
-    base_T_frames[0][13] = 0.0F;
-    base_T_frames[0][14] = 0.0F;
-    base_T_frames[0][15] = 1.0F;
-    base_T_frames[1][12] = 0.0F;
-    base_T_frames[1][13] = 0.0F;
-    base_T_frames[1][14] = 0.0F;
-    base_T_frames[1][15] = 1.0F;
-    base_T_frames[2][12] = 0.0F;
-    base_T_frames[2][13] = 0.0F;
-    base_T_frames[2][14] = 0.0F;
-    base_T_frames[2][15] = 1.0F;
-    base_T_frames[3][12] = 0.0F;
-    base_T_frames[3][13] = 0.0F;
-    base_T_frames[3][14] = 0.0F;
-    base_T_frames[3][15] = 1.0F;
-    base_T_frames[4][12] = 0.0F;
-    base_T_frames[4][13] = 0.0F;
-    base_T_frames[4][14] = 0.0F;
-    base_T_frames[4][15] = 1.0F;
-    base_T_frames[5][12] = 0.0F;
-    base_T_frames[5][13] = 0.0F;
-    base_T_frames[5][14] = 0.0F;
-    base_T_frames[5][15] = 1.0F;
+    /* joints */
+    const float t41 = t39 - 4.2056108F;
+    joints[1] = t41;
+    const float t42 = t40 - t39;
+    const float t43 = 2.469666F + t42;
+    joints[2] = t43;
+    const float t44 = 5.0520706F - t40;
+    const float t45 = t44 - t0;
+    joints[3] = t45;
 }
 
-void motoman_l3_f32_position(const float q[restrict MOTOMAN_L3_DOF], float base_p_tool[restrict 3])
+void motoman_l3_f32_joints_to_actuators(const float joints[restrict MOTOMAN_L3_DOF],
+                                        float actuators[restrict MOTOMAN_L3_ACTUATORS])
 {
-    /* Angle sums: q23 of joint_2 and joint_3 */
-    const float q23 = q[1] + q[2];
+    /* Angle sums: qu1 of joint_2; t0 of joint_2 and joint_3; qu2 of joint_2 and joint_3 */
+    const float qu1 = joints[1] + 1.0640182F;
+    const float t0 = joints[1] + joints[2];
+    const float qu2 = 0.16514868F + t0;
 
     /* Sines and cosines */
-    float s1;
-    float c1;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q[0], &s1, &c1);
-    float s2;
-    float c2;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q[1], &s2, &c2);
-    float s23;
-    float c23;
-    KINEGEN_MOTOMAN_L3_F32_SINCOS(q23, &s23, &c23);
+    float su1;
+    float cu1;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu1, &su1, &cu1);
+    float su2;
+    float cu2;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu2, &su2, &cu2);
 
-    /* joint_1, joint_2 and joint_3: position */
-    const float t0 = c2 * MOTOMAN_L3_F32_L2;
-    const float t1 = c23 * MOTOMAN_L3_F32_L3;
-    const float t2 = t0 + t1;
-    const float t3 = c1 * t2;
-    base_p_tool[0] = t3;
-    const float t4 = s1 * t2;
-    base_p_tool[1] = t4;
-    const float t5 = s2 * -MOTOMAN_L3_F32_L2;
-    const float t6 = s23 * MOTOMAN_L3_F32_L3;
-    const float t7 = t5 - t6;
-    base_p_tool[2] = t7;
+    /* joint_2 and joint_3: actuators */
+    const float t1 = cu1 * 0.3F;
+    const float t2 = 0.34F + t1;
+    const float t3 = (1e-09F < su1) ? (-1.0F) : t2;
+    const float t4 = su2 * 0.252F;
+    const float t5 = 0.2809F + t4;
+    const float t6 = (cu2 < (-1e-09F)) ? (-1.0F) : t5;
+    const float t7 = joints[3] + t0;
+    const float t8 = t7 - 3.3161256F;
+    const float t9 = t8 * (-114.59156F);
+    actuators[3] = t9;
+
+    /* actuators */
+    const float t10 = joints[0] - 0.08726646F;
+    const float t11 = t10 * 114.59156F;
+    actuators[0] = t11;
+    const float t12 = joints[4] + 0.2617994F;
+    const float t13 = t12 * (-57.29578F);
+    actuators[4] = t13;
+
+    /* Square roots and arc tangents */
+    const float t14 = motoman_l3_f32_sqrt(t3);
+    const float t15 = motoman_l3_f32_sqrt(t6);
+
+    /* joint_2 and joint_3: actuators */
+    const float t16 = t14 * 5e+02F;
+    const float t17 = t16 - 2e+02F;
+    actuators[1] = t17;
+    const float t18 = t15 * 4e+02F;
+    const float t19 = t18 - 1.4e+02F;
+    actuators[2] = t19;
+}
+
+void motoman_l3_f32_fk_actuators(const float actuators[restrict MOTOMAN_L3_ACTUATORS], float base_T_tool[restrict 16])
+{
+    /* Angle sums: t0 of A5; qu3 of A5; t1 of A1; qu1 of A1; t2 of A4; qu2 of A4 */
+    const float t0 = actuators[4] * 0.017453292F;
+    const float qu3 = 0.2617994F + t0;
+    const float t1 = actuators[0] * 0.008726646F;
+    const float qu1 = 0.08726646F + t1;
+    const float t2 = actuators[3] * 0.008726646F;
+    const float qu2 = 1.3962634F + t2;
+
+    /* Sines and cosines */
+    float su1;
+    float cu1;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu1, &su1, &cu1);
+    float su2;
+    float cu2;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu2, &su2, &cu2);
+    float su3;
+    float cu3;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu3, &su3, &cu3);
+
+    /* A4 and A5: rotation and position */
+    const float t3 = cu3 * cu2;
+    base_T_tool[8] = t3;
+    const float t4 = su3 * cu2;
+    base_T_tool[9] = t4;
+    const float t5 = -su2;
+    base_T_tool[10] = t5;
+    const float t6 = actuators[1] * 0.002F;
+    const float t7 = 0.4F + t6;
+    const float t8 = t7 - 0.2F;
+    const float t9 = t7 + 0.2F;
+    const float t10 = 0.8F - t7;
+    const float t11 = t7 + 0.8F;
+    const float t12 = t10 * t11;
+    const float t13 = actuators[2] * 0.0025F;
+    const float t14 = 0.35F + t13;
+    const float t15 = t14 - 0.17F;
+    const float t16 = t14 + 0.17F;
+    const float t17 = 0.73F - t14;
+    const float t18 = t14 + 0.73F;
+    const float t19 = t17 * t18;
+
+    /* A1, A4 and A5: rotation */
+    const float t20 = cu3 * su2;
+    const float t21 = su3 * su2;
+    const float t22 = su3 * su1;
+    const float t23 = su3 * cu1;
+
+    /* A1 and A5: rotation */
+    const float t24 = cu1 * t20;
+    const float t25 = t22 - t24;
+    base_T_tool[0] = t25;
+    const float t26 = su1 * t20;
+    const float t27 = t23 + t26;
+    const float t28 = -t27;
+    base_T_tool[4] = t28;
+    const float t29 = cu3 * su1;
+    const float t30 = cu3 * cu1;
+
+    /* A1: rotation */
+    const float t31 = cu1 * t21;
+    const float t32 = t29 + t31;
+    const float t33 = -t32;
+    base_T_tool[1] = t33;
+    const float t34 = su1 * t21;
+    const float t35 = t30 - t34;
+    base_T_tool[5] = t35;
+
+    /* A1 and A4: rotation */
+    const float t36 = cu1 * cu2;
+    const float t37 = su1 * cu2;
+    const float t38 = -t36;
+    base_T_tool[2] = t38;
+    const float t39 = -t37;
+    base_T_tool[6] = t39;
+
+    /* Square roots and arc tangents */
+    const float t40 = motoman_l3_f32_sqrt(t8);
+    const float t41 = motoman_l3_f32_sqrt(t9);
+    const float t42 = motoman_l3_f32_sqrt(t12);
+    const float t43 = motoman_l3_f32_sqrt(t15);
+    const float t44 = motoman_l3_f32_sqrt(t16);
+    const float t45 = motoman_l3_f32_sqrt(t19);
+
+    /* position */
+    const float t46 = t40 * t41;
+    const float t47 = t43 * t44;
+    const float t48 = t46 * t42;
+    const float t49 = t46 * t46;
+    const float t50 = t49 * 0.5F;
+    const float t51 = t42 * t42;
+    const float t52 = 0.5F * t51;
+    const float t53 = t50 - t52;
+    const float t54 = t53 * 3.3333333F;
+    const float t55 = t48 * 3.3333333F;
+    const float t56 = t47 * t45;
+    const float t57 = t47 * t47;
+    const float t58 = 0.5F * t57;
+    const float t59 = t45 * t45;
+    const float t60 = 0.5F * t59;
+    const float t61 = t58 - t60;
+    const float t62 = t61 * 3.9682539F;
+    const float t63 = t56 * 3.9682539F;
+    const float t64 = t62 * 0.9863939F;
+    const float t65 = t62 * 0.16439898F;
+    const float t66 = t63 * 0.16439898F;
+    const float t67 = t64 - t66;
+    const float t68 = t63 * 0.9863939F;
+    const float t69 = t65 + t68;
+    const float t70 = 0.5F * t69;
+    const float t71 = 0.5F * t67;
+    const float t72 = t54 * 0.8743129F;
+    const float t73 = t54 * 0.48536277F;
+    const float t74 = t55 * 0.48536277F;
+    const float t75 = t72 + t74;
+    const float t76 = t55 * 0.8743129F;
+    const float t77 = t73 - t76;
+    const float t78 = t77 * 0.6F;
+    const float t79 = t70 + t78;
+
+    /* A1: position */
+    const float t80 = cu1 * t79;
+    base_T_tool[3] = t80;
+    const float t81 = su1 * t79;
+    base_T_tool[7] = t81;
+    const float t82 = t75 * 0.6F;
+    const float t83 = t82 - t71;
+    base_T_tool[11] = t83;
+
+    /* Entries that need no computing */
+    base_T_tool[12] = 0.0F;
+    base_T_tool[13] = 0.0F;
+    base_T_tool[14] = 0.0F;
+    base_T_tool[15] = 1.0F;
+}
+
+void motoman_l3_f32_jacobian_actuators(const float actuators[restrict MOTOMAN_L3_ACTUATORS],
+                                       float jacobian[restrict 30])
+{
+    /* Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4 */
+    const float t0 = actuators[0] * 0.008726646F;
+    const float qu1 = 0.08726646F + t0;
+    const float t1 = actuators[3] * 0.008726646F;
+    const float qu2 = 1.3962634F + t1;
+
+    /* Sines and cosines */
+    float su1;
+    float cu1;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu1, &su1, &cu1);
+    float su2;
+    float cu2;
+    KINEGEN_MOTOMAN_L3_F32_SINCOS(qu2, &su2, &cu2);
+
+    /* A1 and A4: angular part */
+    const float t2 = su2 * 0.017453292F;
+    jacobian[29] = t2;
+    const float t3 = 0.008726646F * su1;
+    jacobian[18] = t3;
+    const float t4 = cu1 * (-0.008726646F);
+    jacobian[23] = t4;
+    const float t5 = cu2 * 0.017453292F;
+    const float t6 = cu1 * t5;
+    jacobian[19] = t6;
+    const float t7 = su1 * t5;
+    jacobian[24] = t7;
+
+    /* linear part */
+    const float t8 = actuators[1] * 0.002F;
+    const float t9 = 0.4F + t8;
+    const float t10 = t9 - 0.2F;
+    const float t11 = t9 + 0.2F;
+    const float t12 = 0.8F - t9;
+    const float t13 = t9 + 0.8F;
+    const float t14 = t12 * t13;
+    const float t15 = actuators[2] * 0.0025F;
+    const float t16 = 0.35F + t15;
+    const float t17 = t16 - 0.17F;
+    const float t18 = t16 + 0.17F;
+    const float t19 = 0.73F - t16;
+    const float t20 = t16 + 0.73F;
+    const float t21 = t19 * t20;
+
+    /* Square roots and arc tangents */
+    const float t22 = motoman_l3_f32_sqrt(t10);
+    const float t23 = motoman_l3_f32_sqrt(t11);
+    const float t24 = motoman_l3_f32_sqrt(t14);
+    const float t25 = motoman_l3_f32_sqrt(t17);
+    const float t26 = motoman_l3_f32_sqrt(t18);
+    const float t27 = motoman_l3_f32_sqrt(t21);
+
+    /* linear part */
+    const float t28 = t22 * t23;
+    const float t29 = t25 * t26;
+    const float t30 = t28 * t24;
+    const float t31 = t28 * t28;
+    const float t32 = t31 * 0.5F;
+    const float t33 = t24 * t24;
+    const float t34 = 0.5F * t33;
+    const float t35 = t32 - t34;
+    const float t36 = t35 * 3.3333333F;
+    const float t37 = t30 * 3.3333333F;
+    const float t38 = 1.0F / t30;
+    const float t39 = t9 * t38;
+    const float t40 = 2.0F * t39;
+    const float t41 = 0.002F * t40;
+    const float t42 = t29 * t27;
+    const float t43 = t29 * t29;
+    const float t44 = 0.5F * t43;
+    const float t45 = t27 * t27;
+    const float t46 = 0.5F * t45;
+    const float t47 = t44 - t46;
+    const float t48 = t47 * 3.9682539F;
+    const float t49 = t42 * 3.9682539F;
+    const float t50 = 1.0F / t42;
+    const float t51 = t16 * t50;
+    const float t52 = 2.0F * t51;
+    const float t53 = t52 * (-0.0025F);
+    const float t54 = t48 * 0.9863939F;
+    const float t55 = t48 * 0.16439898F;
+    const float t56 = t49 * 0.16439898F;
+    const float t57 = t54 - t56;
+    const float t58 = t49 * 0.9863939F;
+    const float t59 = t55 + t58;
+    const float t60 = 0.5F * t59;
+    const float t61 = 0.5F * t57;
+    const float t62 = t53 * t60;
+    jacobian[12] = t62;
+    const float t63 = t36 * 0.8743129F;
+    const float t64 = t36 * 0.48536277F;
+    const float t65 = t37 * 0.48536277F;
+    const float t66 = t63 + t65;
+    const float t67 = t37 * 0.8743129F;
+    const float t68 = t64 - t67;
+    const float t69 = t68 * (-0.6F);
+    const float t70 = t60 - t69;
+    const float t71 = t41 * t69;
+    jacobian[11] = t71;
+    const float t72 = t66 * 0.6F;
+    const float t73 = 0.008726646F * t70;
+
+    /* A1: linear part */
+    const float t74 = cu1 * t73;
+    jacobian[5] = t74;
+    const float t75 = su1 * t73;
+    const float t76 = -t75;
+    jacobian[0] = t76;
+    const float t77 = cu1 * t72;
+    const float t78 = t41 * t77;
+    jacobian[1] = t78;
+    const float t79 = su1 * t72;
+    const float t80 = t41 * t79;
+    jacobian[6] = t80;
+    const float t81 = cu1 * t61;
+    const float t82 = su1 * t61;
+    const float t83 = t53 * t81;
+    jacobian[2] = t83;
+    const float t84 = t53 * t82;
+    jacobian[7] = t84;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0F;
+    jacobian[4] = 0.0F;
+    jacobian[8] = 0.0F;
+    jacobian[9] = 0.0F;
+    jacobian[10] = 0.0F;
+    jacobian[13] = 0.0F;
+    jacobian[14] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[17] = 0.0F;
+    jacobian[20] = 0.0F;
+    jacobian[21] = 0.0F;
+    jacobian[22] = 0.0F;
+    jacobian[25] = 0.008726646F;
+    jacobian[26] = 0.0F;
+    jacobian[27] = 0.0F;
+    jacobian[28] = 0.0F;
 }
 
 const float MOTOMAN_L3_F32_LIMITS_LOW[MOTOMAN_L3_DOF] = {

@@ -1,4 +1,4 @@
-/* motoman_l3_f32_batch.c - Batches: forward kinematics of motoman_l3, single precision
+/* motoman_l3_f32_batch.c - Batches: kinematics of motoman_l3, single precision
  *
  * Yasukawa Motoman L-3, chain of five joints after Craig
  *
@@ -12,6 +12,8 @@
 #if MOTOMAN_L3_MODEL != 0xda5d212a1ebfcfb7U
 #error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -44,6 +46,13 @@
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define MOTOMAN_L3_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define MOTOMAN_L3_F32_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
 #error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -52,11 +61,11 @@ enum { TILE = 32 };
 
 /* Sine and cosine of x radians, each with an absolute error below 5.4e-8 for |x| <= 12000 (tried on every float);
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
+MOTOMAN_L3_F32_INLINE void motoman_l3_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -64,8 +73,8 @@ static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -80,20 +89,20 @@ static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -104,10 +113,10 @@ static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -118,13 +127,6 @@ static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define MOTOMAN_L3_F32_INLINE static inline __attribute__((always_inline))
-#else
-#define MOTOMAN_L3_F32_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -133,6 +135,187 @@ static inline void motoman_l3_f32_sincos(const float x, float *s, float *c)
 #elif defined(__GNUC__)
 #define MOTOMAN_L3_F32_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    float value;
+    uint32_t bits;
+} motoman_l3_f32_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define MOTOMAN_L3_F32_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 4) != 0
+#define MOTOMAN_L3_F32_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 32
+#define MOTOMAN_L3_F32_OWN_ROOT
+#endif
+#endif
+
+#ifdef MOTOMAN_L3_F32_OWN_ROOT
+/* The square root of the processor, as below. */
+MOTOMAN_L3_F32_INLINE float motoman_l3_f32_sqrt(const float x)
+{
+    const float number = x + 0.0F; /* a zero without a sign */
+    return __builtin_sqrtf(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+MOTOMAN_L3_F32_INLINE float motoman_l3_f32_sqrt(const float x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const float up = (x < 1e-30F) ? 16777216.0F : 0.25F;
+    const float down = (x < 1e-30F) ? 0.000244140625F : 2.0F;
+    motoman_l3_f32_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint32_t next = number.bits + 0x00800000U;
+    const uint32_t exponent = next & 0xFF000000U;
+    const uint32_t digits = number.bits - exponent;
+    const uint32_t half = exponent >> 1;
+    motoman_l3_f32_bits m;
+    m.bits = digits + 0x40000000U;
+    motoman_l3_f32_bits scale;
+    scale.bits = half + 0x1F800000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; a step of Newton's method, to 9e-4; one of the next order. */
+    const uint32_t halved = m.bits >> 1;
+    motoman_l3_f32_bits guess;
+    guess.bits = 0x5F376000U - halved;
+    const float h = m.value * 0.5F;
+    const float y0 = guess.value;
+    const float hy0 = h * y0;
+    const float hyy0 = hy0 * y0;
+    const float f0 = 1.50088632F - hyy0;
+    const float y1 = y0 * f0;
+    const float my1 = m.value * y1;
+    const float myy1 = my1 * y1;
+    const float g = 1.0F - myy1;
+    const float g1 = g * 0.375F;
+    const float g2 = g1 + 0.5F;
+    const float g3 = g2 * g;
+    const float growth = g3 * y1;
+    const float r = y1 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const float s = m.value * r;
+    motoman_l3_f32_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFF000U;
+    const float high = cut.value;
+    const float low = s - high;
+    const float square = high * high;
+    const float rest0 = m.value - square;
+    const float twice = high + high;
+    const float mixed = twice * low;
+    const float rest1 = rest0 - mixed;
+    const float small = low * low;
+    const float rest = rest1 - small;
+    const float half_r = r * 0.5F;
+    const float correction = rest * half_r;
+    const float root_m = s + correction;
+    const float scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    motoman_l3_f32_bits none;
+    none.bits = 0x7FC00000U;
+    const float positive = (x > 0.0F) ? down : 0.0F;
+    const float zero_or_none = (x >= 0.0F) ? positive : none.value;
+    const float factor = (x > 3.40282347e+38F) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.7e-7 rad (6e-8 up to pi/4) if the larger of |x| and |y| lies
+   between 1e-30 and 1e38; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+MOTOMAN_L3_F32_INLINE float motoman_l3_f32_atan2(const float y, const float x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. */
+    const float sign_x = (x < 0.0F) ? -1.0F : 1.0F;
+    const float sign_y = (y < 0.0F) ? -1.0F : 1.0F;
+    const float width = x * sign_x;
+    const float height = y * sign_y;
+    const float large = (width < height) ? height : width;
+    const float small = (width < height) ? width : height;
+
+    /* angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+       not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors. */
+    const float flip = (width < height) ? -1.0F : 1.0F;
+    const float flat = (width < height) ? 0.0F : 4.0F;
+    const float sign = sign_x * flip;
+    const float side = sign_x * flat;
+    const float right = 4.0F - side;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+       divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite. */
+    const float half_large = large * 0.5F;
+    const float half_small = small * 0.5F;
+    const float bound = large * 0.41421357F;
+    const float twice = (bound < small) ? 2.0F : 0.0F;
+    const float across = half_large * twice;
+    const float along = half_small * twice;
+    const float dividend = small - across;
+    const float total = large + along;
+    const float divisor = total + 1.1754944e-38F;
+    const float t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z). */
+    const float z = t * t;
+    const float a5 = z * -0.06092697F;
+    const float a4 = a5 + 0.10600164F;
+    const float a4z = a4 * z;
+    const float a3 = a4z - 0.1424451F;
+    const float a3z = a3 * z;
+    const float a2 = a3z + 0.19998533F;
+    const float a2z = a2 * z;
+    const float a1 = a2z - 0.33333316F;
+    const float tz = t * z;
+    const float tail = tz * a1;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    const float turn = sign * twice;
+    const float parts = right + turn;
+    const float base = parts * 0.39269912F;
+    const float low = parts * -4.073017e-08F;
+    const float signed_t = sign * t;
+    const float signed_tail = sign * tail;
+    const float rough = base + signed_t;
+    const float back = rough - base;
+    const float lost = signed_t - back;
+    const float small0 = lost + low;
+    const float rest = small0 + signed_tail;
+    const float angle = rough + rest;
+    return angle * sign_y;
+}
+
+/* less if a < b, else other. */
+MOTOMAN_L3_F32_INLINE float motoman_l3_f32_select_lt(const float a, const float b, const float less, const float other)
+{
+    motoman_l3_f32_bits first;
+    first.value = less;
+    motoman_l3_f32_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint32_t large = first.bits | 0x40000000U;
+    motoman_l3_f32_bits size;
+    size.bits = large & 0x7F7FFFFFU;
+    const float negative = -size.value;
+    motoman_l3_f32_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint32_t one = sign.bits >> 31;
+    const uint32_t all = 0U - one;
+    const uint32_t none = ~all;
+
+    const uint32_t kept = first.bits & all;
+    const uint32_t others = second.bits & none;
+    motoman_l3_f32_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -403,245 +586,492 @@ void motoman_l3_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff
     }
 }
 
-static inline void motoman_l3_f32_frames_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
-{
-    for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        const float q234 = q[i * q_pose + 3 * q_joint] + q23;
-        float s1;
-        float c1;
-        motoman_l3_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        t[4][i] = s1;
-        t[0][i] = c1;
-        t[5][i] = c1;
-        t[18][i] = c1;
-        t[30][i] = c1;
-        t[42][i] = c1;
-        float s2;
-        float c2;
-        motoman_l3_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        float s23;
-        float c23;
-        motoman_l3_f32_sincos(q23, &s23, &c23);
-        float s234;
-        float c234;
-        motoman_l3_f32_sincos(q234, &s234, &c234);
-        t[58][i] = c234;
-        t[70][i] = c234;
-        float s5;
-        float c5;
-        motoman_l3_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const float t0 = s234 * s5;
-        t[57][i] = t0;
-        t[69][i] = t0;
-        const float t1 = -s1;
-        t[1][i] = t1;
-        t[14][i] = t1;
-        t[26][i] = t1;
-        t[38][i] = t1;
-        const float t2 = -s2;
-        t[20][i] = t2;
-        const float t3 = -c2;
-        t[21][i] = t3;
-        const float t4 = -s23;
-        t[32][i] = t4;
-        const float t5 = -c23;
-        t[33][i] = t5;
-        const float t6 = -s234;
-        t[44][i] = t6;
-        const float t7 = -c234;
-        t[45][i] = t7;
-        const float t8 = c1 * c2;
-        t[12][i] = t8;
-        const float t9 = s1 * c2;
-        t[16][i] = t9;
-        const float t10 = t8 * 0.6F;
-        t[27][i] = t10;
-        const float t11 = t9 * 0.6F;
-        t[31][i] = t11;
-        const float t12 = c1 * s2;
-        const float t13 = -t12;
-        t[13][i] = t13;
-        const float t14 = s1 * s2;
-        const float t15 = -t14;
-        t[17][i] = t15;
-        const float t16 = s2 * (-0.6F);
-        t[35][i] = t16;
-        const float t17 = c1 * c23;
-        t[24][i] = t17;
-        const float t18 = s1 * c23;
-        t[28][i] = t18;
-        const float t19 = t17 * 0.5F;
-        const float t20 = t10 + t19;
-        t[39][i] = t20;
-        t[51][i] = t20;
-        t[63][i] = t20;
-        const float t21 = t18 * 0.5F;
-        const float t22 = t11 + t21;
-        t[43][i] = t22;
-        t[55][i] = t22;
-        t[67][i] = t22;
-        const float t23 = c1 * s23;
-        const float t24 = -t23;
-        t[25][i] = t24;
-        const float t25 = s1 * s23;
-        const float t26 = -t25;
-        t[29][i] = t26;
-        const float t27 = s23 * 0.5F;
-        const float t28 = t16 - t27;
-        t[47][i] = t28;
-        t[59][i] = t28;
-        t[71][i] = t28;
-        const float t29 = c1 * c234;
-        t[36][i] = t29;
-        const float t30 = s1 * c234;
-        t[40][i] = t30;
-        const float t31 = c1 * s234;
-        t[50][i] = t31;
-        t[62][i] = t31;
-        const float t32 = -t31;
-        t[37][i] = t32;
-        const float t33 = s1 * s234;
-        t[54][i] = t33;
-        t[66][i] = t33;
-        const float t34 = -t33;
-        t[41][i] = t34;
-        const float t35 = s234 * c5;
-        const float t36 = -t35;
-        t[56][i] = t36;
-        t[68][i] = t36;
-        const float t37 = s1 * s5;
-        const float t38 = s1 * c5;
-        const float t39 = c5 * t29;
-        const float t40 = t39 - t37;
-        t[48][i] = t40;
-        t[60][i] = t40;
-        const float t41 = s5 * t29;
-        const float t42 = t38 + t41;
-        const float t43 = -t42;
-        t[49][i] = t43;
-        t[61][i] = t43;
-        const float t44 = c1 * s5;
-        const float t45 = c1 * c5;
-        const float t46 = c5 * t30;
-        const float t47 = t44 + t46;
-        t[52][i] = t47;
-        t[64][i] = t47;
-        const float t48 = s5 * t30;
-        const float t49 = t45 - t48;
-        t[53][i] = t49;
-        t[65][i] = t49;
-    }
-}
-
-void motoman_l3_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout)
-{
-    float q_copy[5][TILE];
-    float t[72][TILE];
-    const float (*const results)[TILE] = (const float (*)[TILE])t;
-
-    if (n == 0) {
-        return;
-    }
-    tile_input q_tile = find_tile_5(q, q_pose, q_joint, n, q_copy);
-    for (int i = 0; i < TILE; i++) {
-        t[2][i] = 0.0F;
-        t[3][i] = 0.0F;
-        t[6][i] = 0.0F;
-        t[7][i] = 0.0F;
-        t[8][i] = 0.0F;
-        t[9][i] = 0.0F;
-        t[10][i] = 1.0F;
-        t[11][i] = 0.0F;
-        t[15][i] = 0.0F;
-        t[19][i] = 0.0F;
-        t[22][i] = 0.0F;
-        t[23][i] = 0.0F;
-        t[34][i] = 0.0F;
-        t[46][i] = 0.0F;
-    }
-    for (size_t start = 0; start < n; start += TILE) {
-        const size_t left = n - start;
-        const int count = (left < TILE) ? (int)left : TILE;
-        const ptrdiff_t first = (ptrdiff_t)start;
-        motoman_l3_f32_frames_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
-        if (left > TILE) {
-            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
-        }
-        if (layout == 2) {
-            store_rows(results, 72, count, base_T_frames + first, base_T_frames_stride);
-        } else if (layout == 1) {
-            store_matrices(results, 6, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 0);
-        } else {
-            store_matrices(results, 6, count, base_T_frames + first * base_T_frames_stride, base_T_frames_stride, 1);
-        }
-    }
-}
-
-MOTOMAN_L3_F32_INLINE void motoman_l3_f32_position_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+MOTOMAN_L3_F32_INLINE void motoman_l3_f32_actuators_to_joints_tile(const float *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *restrict t, ptrdiff_t t_row)
 {
 #ifdef MOTOMAN_L3_F32_APART
     MOTOMAN_L3_F32_APART
 #endif
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
-        float s1;
-        float c1;
-        motoman_l3_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
-        float s2;
-        float c2;
-        motoman_l3_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
-        float s23;
-        float c23;
-        motoman_l3_f32_sincos(q23, &s23, &c23);
-        const float t0 = c2 * 0.6F;
-        const float t1 = c23 * 0.5F;
-        const float t2 = t0 + t1;
-        const float t3 = c1 * t2;
-        t[0 * t_row + i] = t3;
-        const float t4 = s1 * t2;
-        t[1 * t_row + i] = t4;
-        const float t5 = s2 * (-0.6F);
-        const float t6 = s23 * 0.5F;
-        const float t7 = t5 - t6;
-        t[2 * t_row + i] = t7;
+        const float t0 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646F;
+        const float t1 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
+        const float t2 = 0.4F + t1;
+        const float t3 = t2 - 0.2F;
+        const float t4 = t2 + 0.2F;
+        const float t5 = 0.8F - t2;
+        const float t6 = t2 + 0.8F;
+        const float t7 = t5 * t6;
+        const float t8 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
+        const float t9 = 0.35F + t8;
+        const float t10 = t9 - 0.17F;
+        const float t11 = t9 + 0.17F;
+        const float t12 = 0.73F - t9;
+        const float t13 = t9 + 0.73F;
+        const float t14 = t12 * t13;
+        const float t15 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646F;
+        const float t16 = 0.08726646F + t15;
+        t[0 * t_row + i] = t16;
+        const float t17 = actuators[i * actuators_pose + 4 * actuators_joint] * 0.017453292F;
+        const float t18 = (-0.2617994F) - t17;
+        t[4 * t_row + i] = t18;
+        const float t19 = motoman_l3_f32_sqrt(t3);
+        const float t20 = motoman_l3_f32_sqrt(t4);
+        const float t21 = motoman_l3_f32_sqrt(t7);
+        const float t22 = motoman_l3_f32_sqrt(t10);
+        const float t23 = motoman_l3_f32_sqrt(t11);
+        const float t24 = motoman_l3_f32_sqrt(t14);
+        const float t25 = t19 * t20;
+        const float t26 = t22 * t23;
+        const float t27 = t25 * t21;
+        const float t28 = t25 * t25;
+        const float t29 = t28 * 0.5F;
+        const float t30 = t21 * t21;
+        const float t31 = 0.5F * t30;
+        const float t32 = t31 - t29;
+        const float t33 = t26 * t24;
+        const float t34 = t26 * t26;
+        const float t35 = 0.5F * t34;
+        const float t36 = t24 * t24;
+        const float t37 = 0.5F * t36;
+        const float t38 = t37 - t35;
+        const float t39 = motoman_l3_f32_atan2(t27, t32);
+        const float t40 = motoman_l3_f32_atan2(t33, t38);
+        const float t41 = t39 - 4.2056108F;
+        t[1 * t_row + i] = t41;
+        const float t42 = t40 - t39;
+        const float t43 = 2.469666F + t42;
+        t[2 * t_row + i] = t43;
+        const float t44 = 5.0520706F - t40;
+        const float t45 = t44 - t0;
+        t[3 * t_row + i] = t45;
     }
 }
 
-void motoman_l3_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout)
+void motoman_l3_f32_actuators_to_joints_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *joints, ptrdiff_t joints_stride, int layout)
 {
-    float q_copy[5][TILE];
-    float t[3][TILE];
+    float actuators_copy[5][TILE];
+    float t[5][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
 
     size_t begin = 0;
 #ifdef MOTOMAN_L3_F32_APART
-    if ((layout == 2) && (q_pose == 1) && (base_p_tool_stride >= TILE)) {
+    if ((layout == 2) && (actuators_pose == 1) && (joints_stride >= TILE)) {
         /* Neighbours in, neighbours out: full tiles are written where they belong. */
         for (; n - begin >= TILE; begin += TILE) {
-            float *const to = base_p_tool + begin;
-            motoman_l3_f32_position_tile(q + begin, 1, q_joint, to, base_p_tool_stride);
+            float *const to = joints + begin;
+            motoman_l3_f32_actuators_to_joints_tile(actuators + begin, 1, actuators_joint, to, joints_stride);
         }
     }
 #endif
     if (n == begin) {
         return;
     }
-    tile_input q_tile = find_tile_5(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input actuators_tile = find_tile_5(actuators + (ptrdiff_t)begin * actuators_pose, actuators_pose, actuators_joint, n - begin, actuators_copy);
     for (size_t start = begin; start < n; start += TILE) {
         const size_t left = n - start;
         const int count = (left < TILE) ? (int)left : TILE;
         const ptrdiff_t first = (ptrdiff_t)start;
-        motoman_l3_f32_position_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        motoman_l3_f32_actuators_to_joints_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, &t[0][0], TILE);
         if (left > TILE) {
             /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
-            q_tile = find_tile_5(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            actuators_tile = find_tile_5(actuators + (first + TILE) * actuators_pose, actuators_pose, actuators_joint, left - TILE, actuators_copy);
         }
         if (layout == 2) {
-            store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
+            store_rows(results, 5, count, joints + first, joints_stride);
         } else {
-            store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+            store_numbers(results, 5, count, joints + first * joints_stride, joints_stride);
+        }
+    }
+}
+
+MOTOMAN_L3_F32_INLINE void motoman_l3_f32_joints_to_actuators_tile(const float *restrict joints, ptrdiff_t joints_pose, ptrdiff_t joints_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef MOTOMAN_L3_F32_APART
+    MOTOMAN_L3_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float qu1 = joints[i * joints_pose + 1 * joints_joint] + 1.0640182F;
+        const float t0 = joints[i * joints_pose + 1 * joints_joint] + joints[i * joints_pose + 2 * joints_joint];
+        const float qu2 = 0.16514868F + t0;
+        float su1;
+        float cu1;
+        motoman_l3_f32_sincos(qu1, &su1, &cu1);
+        float su2;
+        float cu2;
+        motoman_l3_f32_sincos(qu2, &su2, &cu2);
+        const float t1 = cu1 * 0.3F;
+        const float t2 = 0.34F + t1;
+        const float t3 = motoman_l3_f32_select_lt(1e-09F, su1, (-1.0F), t2);
+        const float t4 = su2 * 0.252F;
+        const float t5 = 0.2809F + t4;
+        const float t6 = motoman_l3_f32_select_lt(cu2, (-1e-09F), (-1.0F), t5);
+        const float t7 = joints[i * joints_pose + 3 * joints_joint] + t0;
+        const float t8 = t7 - 3.3161256F;
+        const float t9 = t8 * (-114.59156F);
+        t[3 * t_row + i] = t9;
+        const float t10 = joints[i * joints_pose + 0 * joints_joint] - 0.08726646F;
+        const float t11 = t10 * 114.59156F;
+        t[0 * t_row + i] = t11;
+        const float t12 = joints[i * joints_pose + 4 * joints_joint] + 0.2617994F;
+        const float t13 = t12 * (-57.29578F);
+        t[4 * t_row + i] = t13;
+        const float t14 = motoman_l3_f32_sqrt(t3);
+        const float t15 = motoman_l3_f32_sqrt(t6);
+        const float t16 = t14 * 5e+02F;
+        const float t17 = t16 - 2e+02F;
+        t[1 * t_row + i] = t17;
+        const float t18 = t15 * 4e+02F;
+        const float t19 = t18 - 1.4e+02F;
+        t[2 * t_row + i] = t19;
+    }
+}
+
+void motoman_l3_f32_joints_to_actuators_batch(size_t n, const float *joints, ptrdiff_t joints_pose, ptrdiff_t joints_joint, float *actuators, ptrdiff_t actuators_stride, int layout)
+{
+    float joints_copy[5][TILE];
+    float t[5][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef MOTOMAN_L3_F32_APART
+    if ((layout == 2) && (joints_pose == 1) && (actuators_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = actuators + begin;
+            motoman_l3_f32_joints_to_actuators_tile(joints + begin, 1, joints_joint, to, actuators_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input joints_tile = find_tile_5(joints + (ptrdiff_t)begin * joints_pose, joints_pose, joints_joint, n - begin, joints_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_f32_joints_to_actuators_tile(joints_tile.first, joints_tile.pose, joints_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            joints_tile = find_tile_5(joints + (first + TILE) * joints_pose, joints_pose, joints_joint, left - TILE, joints_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 5, count, actuators + first, actuators_stride);
+        } else {
+            store_numbers(results, 5, count, actuators + first * actuators_stride, actuators_stride);
+        }
+    }
+}
+
+MOTOMAN_L3_F32_INLINE void motoman_l3_f32_fk_actuators_tile(const float *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef MOTOMAN_L3_F32_APART
+    MOTOMAN_L3_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = actuators[i * actuators_pose + 4 * actuators_joint] * 0.017453292F;
+        const float qu3 = 0.2617994F + t0;
+        const float t1 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646F;
+        const float qu1 = 0.08726646F + t1;
+        const float t2 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646F;
+        const float qu2 = 1.3962634F + t2;
+        float su1;
+        float cu1;
+        motoman_l3_f32_sincos(qu1, &su1, &cu1);
+        float su2;
+        float cu2;
+        motoman_l3_f32_sincos(qu2, &su2, &cu2);
+        float su3;
+        float cu3;
+        motoman_l3_f32_sincos(qu3, &su3, &cu3);
+        const float t3 = cu3 * cu2;
+        t[8 * t_row + i] = t3;
+        const float t4 = su3 * cu2;
+        t[9 * t_row + i] = t4;
+        const float t5 = -su2;
+        t[10 * t_row + i] = t5;
+        const float t6 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
+        const float t7 = 0.4F + t6;
+        const float t8 = t7 - 0.2F;
+        const float t9 = t7 + 0.2F;
+        const float t10 = 0.8F - t7;
+        const float t11 = t7 + 0.8F;
+        const float t12 = t10 * t11;
+        const float t13 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
+        const float t14 = 0.35F + t13;
+        const float t15 = t14 - 0.17F;
+        const float t16 = t14 + 0.17F;
+        const float t17 = 0.73F - t14;
+        const float t18 = t14 + 0.73F;
+        const float t19 = t17 * t18;
+        const float t20 = cu3 * su2;
+        const float t21 = su3 * su2;
+        const float t22 = su3 * su1;
+        const float t23 = su3 * cu1;
+        const float t24 = cu1 * t20;
+        const float t25 = t22 - t24;
+        t[0 * t_row + i] = t25;
+        const float t26 = su1 * t20;
+        const float t27 = t23 + t26;
+        const float t28 = -t27;
+        t[4 * t_row + i] = t28;
+        const float t29 = cu3 * su1;
+        const float t30 = cu3 * cu1;
+        const float t31 = cu1 * t21;
+        const float t32 = t29 + t31;
+        const float t33 = -t32;
+        t[1 * t_row + i] = t33;
+        const float t34 = su1 * t21;
+        const float t35 = t30 - t34;
+        t[5 * t_row + i] = t35;
+        const float t36 = cu1 * cu2;
+        const float t37 = su1 * cu2;
+        const float t38 = -t36;
+        t[2 * t_row + i] = t38;
+        const float t39 = -t37;
+        t[6 * t_row + i] = t39;
+        const float t40 = motoman_l3_f32_sqrt(t8);
+        const float t41 = motoman_l3_f32_sqrt(t9);
+        const float t42 = motoman_l3_f32_sqrt(t12);
+        const float t43 = motoman_l3_f32_sqrt(t15);
+        const float t44 = motoman_l3_f32_sqrt(t16);
+        const float t45 = motoman_l3_f32_sqrt(t19);
+        const float t46 = t40 * t41;
+        const float t47 = t43 * t44;
+        const float t48 = t46 * t42;
+        const float t49 = t46 * t46;
+        const float t50 = t49 * 0.5F;
+        const float t51 = t42 * t42;
+        const float t52 = 0.5F * t51;
+        const float t53 = t50 - t52;
+        const float t54 = t53 * 3.3333333F;
+        const float t55 = t48 * 3.3333333F;
+        const float t56 = t47 * t45;
+        const float t57 = t47 * t47;
+        const float t58 = 0.5F * t57;
+        const float t59 = t45 * t45;
+        const float t60 = 0.5F * t59;
+        const float t61 = t58 - t60;
+        const float t62 = t61 * 3.9682539F;
+        const float t63 = t56 * 3.9682539F;
+        const float t64 = t62 * 0.9863939F;
+        const float t65 = t62 * 0.16439898F;
+        const float t66 = t63 * 0.16439898F;
+        const float t67 = t64 - t66;
+        const float t68 = t63 * 0.9863939F;
+        const float t69 = t65 + t68;
+        const float t70 = 0.5F * t69;
+        const float t71 = 0.5F * t67;
+        const float t72 = t54 * 0.8743129F;
+        const float t73 = t54 * 0.48536277F;
+        const float t74 = t55 * 0.48536277F;
+        const float t75 = t72 + t74;
+        const float t76 = t55 * 0.8743129F;
+        const float t77 = t73 - t76;
+        const float t78 = t77 * 0.6F;
+        const float t79 = t70 + t78;
+        const float t80 = cu1 * t79;
+        t[3 * t_row + i] = t80;
+        const float t81 = su1 * t79;
+        t[7 * t_row + i] = t81;
+        const float t82 = t75 * 0.6F;
+        const float t83 = t82 - t71;
+        t[11 * t_row + i] = t83;
+    }
+}
+
+void motoman_l3_f32_fk_actuators_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout)
+{
+    float actuators_copy[5][TILE];
+    float t[12][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef MOTOMAN_L3_F32_APART
+    if ((layout == 2) && (actuators_pose == 1) && (base_T_tool_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = base_T_tool + begin;
+            motoman_l3_f32_fk_actuators_tile(actuators + begin, 1, actuators_joint, to, base_T_tool_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input actuators_tile = find_tile_5(actuators + (ptrdiff_t)begin * actuators_pose, actuators_pose, actuators_joint, n - begin, actuators_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_f32_fk_actuators_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            actuators_tile = find_tile_5(actuators + (first + TILE) * actuators_pose, actuators_pose, actuators_joint, left - TILE, actuators_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+        }
+    }
+}
+
+static inline void motoman_l3_f32_jacobian_actuators_tile(const float *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646F;
+        const float qu1 = 0.08726646F + t0;
+        const float t1 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646F;
+        const float qu2 = 1.3962634F + t1;
+        float su1;
+        float cu1;
+        motoman_l3_f32_sincos(qu1, &su1, &cu1);
+        float su2;
+        float cu2;
+        motoman_l3_f32_sincos(qu2, &su2, &cu2);
+        const float t2 = su2 * 0.017453292F;
+        t[29][i] = t2;
+        const float t3 = 0.008726646F * su1;
+        t[18][i] = t3;
+        const float t4 = cu1 * (-0.008726646F);
+        t[23][i] = t4;
+        const float t5 = cu2 * 0.017453292F;
+        const float t6 = cu1 * t5;
+        t[19][i] = t6;
+        const float t7 = su1 * t5;
+        t[24][i] = t7;
+        const float t8 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
+        const float t9 = 0.4F + t8;
+        const float t10 = t9 - 0.2F;
+        const float t11 = t9 + 0.2F;
+        const float t12 = 0.8F - t9;
+        const float t13 = t9 + 0.8F;
+        const float t14 = t12 * t13;
+        const float t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
+        const float t16 = 0.35F + t15;
+        const float t17 = t16 - 0.17F;
+        const float t18 = t16 + 0.17F;
+        const float t19 = 0.73F - t16;
+        const float t20 = t16 + 0.73F;
+        const float t21 = t19 * t20;
+        const float t22 = motoman_l3_f32_sqrt(t10);
+        const float t23 = motoman_l3_f32_sqrt(t11);
+        const float t24 = motoman_l3_f32_sqrt(t14);
+        const float t25 = motoman_l3_f32_sqrt(t17);
+        const float t26 = motoman_l3_f32_sqrt(t18);
+        const float t27 = motoman_l3_f32_sqrt(t21);
+        const float t28 = t22 * t23;
+        const float t29 = t25 * t26;
+        const float t30 = t28 * t24;
+        const float t31 = t28 * t28;
+        const float t32 = t31 * 0.5F;
+        const float t33 = t24 * t24;
+        const float t34 = 0.5F * t33;
+        const float t35 = t32 - t34;
+        const float t36 = t35 * 3.3333333F;
+        const float t37 = t30 * 3.3333333F;
+        const float t38 = 1.0F / t30;
+        const float t39 = t9 * t38;
+        const float t40 = 2.0F * t39;
+        const float t41 = 0.002F * t40;
+        const float t42 = t29 * t27;
+        const float t43 = t29 * t29;
+        const float t44 = 0.5F * t43;
+        const float t45 = t27 * t27;
+        const float t46 = 0.5F * t45;
+        const float t47 = t44 - t46;
+        const float t48 = t47 * 3.9682539F;
+        const float t49 = t42 * 3.9682539F;
+        const float t50 = 1.0F / t42;
+        const float t51 = t16 * t50;
+        const float t52 = 2.0F * t51;
+        const float t53 = t52 * (-0.0025F);
+        const float t54 = t48 * 0.9863939F;
+        const float t55 = t48 * 0.16439898F;
+        const float t56 = t49 * 0.16439898F;
+        const float t57 = t54 - t56;
+        const float t58 = t49 * 0.9863939F;
+        const float t59 = t55 + t58;
+        const float t60 = 0.5F * t59;
+        const float t61 = 0.5F * t57;
+        const float t62 = t53 * t60;
+        t[12][i] = t62;
+        const float t63 = t36 * 0.8743129F;
+        const float t64 = t36 * 0.48536277F;
+        const float t65 = t37 * 0.48536277F;
+        const float t66 = t63 + t65;
+        const float t67 = t37 * 0.8743129F;
+        const float t68 = t64 - t67;
+        const float t69 = t68 * (-0.6F);
+        const float t70 = t60 - t69;
+        const float t71 = t41 * t69;
+        t[11][i] = t71;
+        const float t72 = t66 * 0.6F;
+        const float t73 = 0.008726646F * t70;
+        const float t74 = cu1 * t73;
+        t[5][i] = t74;
+        const float t75 = su1 * t73;
+        const float t76 = -t75;
+        t[0][i] = t76;
+        const float t77 = cu1 * t72;
+        const float t78 = t41 * t77;
+        t[1][i] = t78;
+        const float t79 = su1 * t72;
+        const float t80 = t41 * t79;
+        t[6][i] = t80;
+        const float t81 = cu1 * t61;
+        const float t82 = su1 * t61;
+        const float t83 = t53 * t81;
+        t[2][i] = t83;
+        const float t84 = t53 * t82;
+        t[7][i] = t84;
+    }
+}
+
+void motoman_l3_f32_jacobian_actuators_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float actuators_copy[5][TILE];
+    float t[30][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input actuators_tile = find_tile_5(actuators, actuators_pose, actuators_joint, n, actuators_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[3][i] = 0.0F;
+        t[4][i] = 0.0F;
+        t[8][i] = 0.0F;
+        t[9][i] = 0.0F;
+        t[10][i] = 0.0F;
+        t[13][i] = 0.0F;
+        t[14][i] = 0.0F;
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[20][i] = 0.0F;
+        t[21][i] = 0.0F;
+        t[22][i] = 0.0F;
+        t[25][i] = 0.008726646F;
+        t[26][i] = 0.0F;
+        t[27][i] = 0.0F;
+        t[28][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        motoman_l3_f32_jacobian_actuators_tile(actuators_tile.first, actuators_tile.pose, actuators_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            actuators_tile = find_tile_5(actuators + (first + TILE) * actuators_pose, actuators_pose, actuators_joint, left - TILE, actuators_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 30, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 30, count, jacobian + first * jacobian_stride, jacobian_stride);
         }
     }
 }

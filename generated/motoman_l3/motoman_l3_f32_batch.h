@@ -1,4 +1,4 @@
-/* motoman_l3_f32_batch.h - Batches: forward kinematics of motoman_l3, single precision
+/* motoman_l3_f32_batch.h - Batches: kinematics of motoman_l3, single precision
  *
  * Yasukawa Motoman L-3, chain of five joints after Craig
  *
@@ -36,11 +36,17 @@ extern "C" {
 /* Pose of the tool in the base frame. 12 numbers for each configuration. */
 void motoman_l3_f32_fk_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout);
 
-/* Poses of all links and named frames in the base frame. 72 numbers for each configuration. */
-void motoman_l3_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_frames, ptrdiff_t base_T_frames_stride, int layout);
+/* Joint vector for readings of the actuators. 5 numbers for each configuration. */
+void motoman_l3_f32_actuators_to_joints_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *joints, ptrdiff_t joints_stride, int layout);
 
-/* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
-void motoman_l3_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
+/* Readings of the actuators for a joint vector. 5 numbers for each configuration. */
+void motoman_l3_f32_joints_to_actuators_batch(size_t n, const float *joints, ptrdiff_t joints_pose, ptrdiff_t joints_joint, float *actuators, ptrdiff_t actuators_stride, int layout);
+
+/* Pose of the tool in the base frame for readings of the actuators. 12 numbers for each configuration. */
+void motoman_l3_f32_fk_actuators_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, int layout);
+
+/* Actuator Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base. 30 numbers for each configuration. */
+void motoman_l3_f32_jacobian_actuators_batch(size_t n, const float *actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
 
 #ifdef __cplusplus
 }

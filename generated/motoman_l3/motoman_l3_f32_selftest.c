@@ -61,8 +61,8 @@
 static void motoman_l3_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -70,8 +70,8 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -86,20 +86,20 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -110,10 +110,10 @@ static void motoman_l3_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -178,6 +178,10 @@ float motoman_l3_f32_selftest(void)
     for (int vector = 0; vector < MOTOMAN_L3_F32_VECTORS; vector++) {
         float given_q[MOTOMAN_L3_DOF];
         motoman_l3_f32_load(given_q, motoman_l3_f32_vectors_q[vector], MOTOMAN_L3_DOF);
+        float given_actuators[MOTOMAN_L3_DOF];
+        motoman_l3_f32_load(given_actuators, motoman_l3_f32_vectors_actuators[vector], MOTOMAN_L3_DOF);
+        float given_joints[MOTOMAN_L3_DOF];
+        motoman_l3_f32_load(given_joints, motoman_l3_f32_vectors_joints[vector], MOTOMAN_L3_DOF);
         {
             float base_T_tool[16];
             motoman_l3_f32_fk(given_q, base_T_tool);
@@ -194,13 +198,31 @@ float motoman_l3_f32_selftest(void)
             }
         }
         {
-            float base_T_frames[MOTOMAN_L3_FRAMES][16];
-            motoman_l3_f32_frames(given_q, base_T_frames);
-            const float *const found = &base_T_frames[0][0];
-            for (int frame = 0; frame < 6; frame++) {
+            float joints[5];
+            motoman_l3_f32_actuators_to_joints(given_actuators, joints);
+            const float *const found = &joints[0];
+            for (int entry = 0; entry < 5; entry++) {
+                const float accepted = motoman_l3_f32_read(&motoman_l3_f32_actuators_to_joints_accepted[entry]);
+                worst = motoman_l3_f32_worst_part(worst, found[entry], motoman_l3_f32_read(&motoman_l3_f32_actuators_to_joints_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float actuators[MOTOMAN_L3_ACTUATORS];
+            motoman_l3_f32_joints_to_actuators(given_joints, actuators);
+            const float *const found = &actuators[0];
+            for (int entry = 0; entry < 5; entry++) {
+                const float accepted = motoman_l3_f32_read(&motoman_l3_f32_joints_to_actuators_accepted[entry]);
+                worst = motoman_l3_f32_worst_part(worst, found[entry], motoman_l3_f32_read(&motoman_l3_f32_joints_to_actuators_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float base_T_tool[16];
+            motoman_l3_f32_fk_actuators(given_actuators, base_T_tool);
+            const float *const found = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
-                    const float accepted = motoman_l3_f32_read(&motoman_l3_f32_frames_accepted[(frame * 12) + entry]);
-                    worst = motoman_l3_f32_worst_part(worst, found[(frame * 16) + entry], motoman_l3_f32_read(&motoman_l3_f32_frames_expected[vector][(frame * 12) + entry]), accepted);
+                    const float accepted = motoman_l3_f32_read(&motoman_l3_f32_fk_actuators_accepted[(frame * 12) + entry]);
+                    worst = motoman_l3_f32_worst_part(worst, found[(frame * 16) + entry], motoman_l3_f32_read(&motoman_l3_f32_fk_actuators_expected[vector][(frame * 12) + entry]), accepted);
                 }
                 for (int entry = 12; entry < 16; entry++) {
                     const float constant = (entry == 15) ? 1.0F : 0.0F;
@@ -209,12 +231,12 @@ float motoman_l3_f32_selftest(void)
             }
         }
         {
-            float base_p_tool[3];
-            motoman_l3_f32_position(given_q, base_p_tool);
-            const float *const found = &base_p_tool[0];
-            for (int entry = 0; entry < 3; entry++) {
-                const float accepted = motoman_l3_f32_read(&motoman_l3_f32_position_accepted[entry]);
-                worst = motoman_l3_f32_worst_part(worst, found[entry], motoman_l3_f32_read(&motoman_l3_f32_position_expected[vector][entry]), accepted);
+            float jacobian[30];
+            motoman_l3_f32_jacobian_actuators(given_actuators, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 30; entry++) {
+                const float accepted = motoman_l3_f32_read(&motoman_l3_f32_jacobian_actuators_accepted[entry]);
+                worst = motoman_l3_f32_worst_part(worst, found[entry], motoman_l3_f32_read(&motoman_l3_f32_jacobian_actuators_expected[vector][entry]), accepted);
             }
         }
     }

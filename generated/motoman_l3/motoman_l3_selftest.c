@@ -96,7 +96,7 @@ static void motoman_l3_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +133,10 @@ static void motoman_l3_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -201,6 +201,10 @@ double motoman_l3_selftest(void)
     for (int vector = 0; vector < MOTOMAN_L3_VECTORS; vector++) {
         double given_q[MOTOMAN_L3_DOF];
         motoman_l3_load(given_q, motoman_l3_vectors_q[vector], MOTOMAN_L3_DOF);
+        double given_actuators[MOTOMAN_L3_DOF];
+        motoman_l3_load(given_actuators, motoman_l3_vectors_actuators[vector], MOTOMAN_L3_DOF);
+        double given_joints[MOTOMAN_L3_DOF];
+        motoman_l3_load(given_joints, motoman_l3_vectors_joints[vector], MOTOMAN_L3_DOF);
         {
             double base_T_tool[16];
             motoman_l3_fk(given_q, base_T_tool);
@@ -217,13 +221,31 @@ double motoman_l3_selftest(void)
             }
         }
         {
-            double base_T_frames[MOTOMAN_L3_FRAMES][16];
-            motoman_l3_frames(given_q, base_T_frames);
-            const double *const found = &base_T_frames[0][0];
-            for (int frame = 0; frame < 6; frame++) {
+            double joints[5];
+            motoman_l3_actuators_to_joints(given_actuators, joints);
+            const double *const found = &joints[0];
+            for (int entry = 0; entry < 5; entry++) {
+                const double accepted = motoman_l3_read(&motoman_l3_actuators_to_joints_accepted[entry]);
+                worst = motoman_l3_worst_part(worst, found[entry], motoman_l3_read(&motoman_l3_actuators_to_joints_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double actuators[MOTOMAN_L3_ACTUATORS];
+            motoman_l3_joints_to_actuators(given_joints, actuators);
+            const double *const found = &actuators[0];
+            for (int entry = 0; entry < 5; entry++) {
+                const double accepted = motoman_l3_read(&motoman_l3_joints_to_actuators_accepted[entry]);
+                worst = motoman_l3_worst_part(worst, found[entry], motoman_l3_read(&motoman_l3_joints_to_actuators_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double base_T_tool[16];
+            motoman_l3_fk_actuators(given_actuators, base_T_tool);
+            const double *const found = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
                 for (int entry = 0; entry < 12; entry++) {
-                    const double accepted = motoman_l3_read(&motoman_l3_frames_accepted[(frame * 12) + entry]);
-                    worst = motoman_l3_worst_part(worst, found[(frame * 16) + entry], motoman_l3_read(&motoman_l3_frames_expected[vector][(frame * 12) + entry]), accepted);
+                    const double accepted = motoman_l3_read(&motoman_l3_fk_actuators_accepted[(frame * 12) + entry]);
+                    worst = motoman_l3_worst_part(worst, found[(frame * 16) + entry], motoman_l3_read(&motoman_l3_fk_actuators_expected[vector][(frame * 12) + entry]), accepted);
                 }
                 for (int entry = 12; entry < 16; entry++) {
                     const double constant = (entry == 15) ? 1.0 : 0.0;
@@ -232,12 +254,12 @@ double motoman_l3_selftest(void)
             }
         }
         {
-            double base_p_tool[3];
-            motoman_l3_position(given_q, base_p_tool);
-            const double *const found = &base_p_tool[0];
-            for (int entry = 0; entry < 3; entry++) {
-                const double accepted = motoman_l3_read(&motoman_l3_position_accepted[entry]);
-                worst = motoman_l3_worst_part(worst, found[entry], motoman_l3_read(&motoman_l3_position_expected[vector][entry]), accepted);
+            double jacobian[30];
+            motoman_l3_jacobian_actuators(given_actuators, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 30; entry++) {
+                const double accepted = motoman_l3_read(&motoman_l3_jacobian_actuators_accepted[entry]);
+                worst = motoman_l3_worst_part(worst, found[entry], motoman_l3_read(&motoman_l3_jacobian_actuators_expected[vector][entry]), accepted);
             }
         }
     }

@@ -33,20 +33,60 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
 
 from . import _numpy
 from ._engines import Array, Floats, load_native
+from ._inverse import Inverse
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._measures import condition_number, manipulability
 from ._names import NamedKernel
+from ._numeric_inverse import NumericInverse
+from ._search import Joint
 
 __all__ = [
+    "BRANCHES",
     "DOF",
     "FRAMES",
     "JOINTS",
     "LIMITS",
+    "acceleration",
+    "acceleration_local",
+    "acceleration_world",
+    "adjoint",
+    "axis_angle",
+    "axis_angle_jacobian",
     "backend",
+    "bias_acceleration",
+    "bias_acceleration_local",
+    "bias_acceleration_world",
     "clamp",
+    "condition_number",
+    "euler_zyz",
+    "euler_zyz_jacobian",
     "fk",
+    "fk_jacobian",
+    "fk_jacobian_local",
+    "fk_jacobian_world",
     "frames",
+    "hessian",
+    "inverse",
+    "inverse_pose",
+    "jacobian",
+    "jacobian_local",
+    "jacobian_world",
+    "manipulability",
+    "numeric_inverse",
     "position",
+    "quaternion_wxyz",
+    "quaternion_wxyz_jacobian",
+    "quaternion_xyzw",
+    "quaternion_xyzw_jacobian",
+    "rpy_xyz",
+    "rpy_xyz_jacobian",
+    "rpy_zyx",
+    "rpy_zyx_jacobian",
+    "transform_point",
+    "twist",
+    "twist_local",
+    "twist_world",
     "within_limits",
 ]
 
@@ -116,7 +156,19 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("31c30874e2d76877")
+BRANCHES: tuple[str, ...] = (
+    "shoulder left, elbow up, wrist no-flip",
+    "shoulder left, elbow up, wrist flip",
+    "shoulder left, elbow down, wrist no-flip",
+    "shoulder left, elbow down, wrist flip",
+    "shoulder right, elbow up, wrist no-flip",
+    "shoulder right, elbow up, wrist flip",
+    "shoulder right, elbow down, wrist no-flip",
+    "shoulder right, elbow down, wrist flip",
+)
+"""Solutions of `inverse`, in its order."""
+
+_native = load_native("cc6dcc0046f7c7d3")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -168,6 +220,645 @@ position: Kernel[Floats] = Kernel(
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
     10 multiplications, 7 additions, 3 sine-cosine pairs for a configuration.
+    """,
+)
+
+jacobian: Kernel[Floats] = Kernel(
+    "jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (6, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.jacobian,
+    native=_native,
+    params=None,
+    doc="""Geometric Jacobian of the tool.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
+    32 multiplications, 13 additions, 6 changes of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+jacobian_local: Kernel[Floats] = Kernel(
+    "jacobian_local",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (6, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.jacobian_local,
+    native=_native,
+    params=None,
+    doc="""Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes.
+
+    q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
+    54 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+jacobian_world: Kernel[Floats] = Kernel(
+    "jacobian_world",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (6, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.jacobian_world,
+    native=_native,
+    params=None,
+    doc="""Geometric Jacobian of the tool.
+
+    Rows linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
+    48 multiplications, 22 additions, 8 changes of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+fk_jacobian: Kernel[tuple[Floats, Floats]] = Kernel(
+    "fk_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True), Array("jacobian", (6, 6))),
+    reals=("float64", "float32"),
+    formula=_numpy.fk_jacobian,
+    native=_native,
+    params=None,
+    doc="""Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
+    52 multiplications, 22 additions, 8 changes of sign, 6 sine-cosine pairs for a configuration.
+    """,
+)
+
+fk_jacobian_local: Kernel[tuple[Floats, Floats]] = Kernel(
+    "fk_jacobian_local",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True), Array("jacobian", (6, 6))),
+    reals=("float64", "float32"),
+    formula=_numpy.fk_jacobian_local,
+    native=_native,
+    params=None,
+    doc="""Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in its own axes.
+
+    q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
+    86 multiplications, 43 additions, 6 changes of sign, 6 sine-cosine pairs for a configuration.
+    """,
+)
+
+fk_jacobian_world: Kernel[tuple[Floats, Floats]] = Kernel(
+    "fk_jacobian_world",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True), Array("jacobian", (6, 6))),
+    reals=("float64", "float32"),
+    formula=_numpy.fk_jacobian_world,
+    native=_native,
+    params=None,
+    doc="""Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
+    68 multiplications, 31 additions, 9 changes of sign, 6 sine-cosine pairs for a configuration.
+    """,
+)
+
+twist: Kernel[Floats] = Kernel(
+    "twist",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("twist", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.twist,
+    native=_native,
+    params=None,
+    doc="""Twist of the tool, linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    32 multiplications, 21 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+twist_local: Kernel[Floats] = Kernel(
+    "twist_local",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("twist", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.twist_local,
+    native=_native,
+    params=None,
+    doc="""Twist of the tool, linear velocity, then angular, at its origin in its own axes.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    40 multiplications, 24 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+twist_world: Kernel[Floats] = Kernel(
+    "twist_world",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("twist", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.twist_world,
+    native=_native,
+    params=None,
+    doc="""Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    40 multiplications, 24 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+bias_acceleration: Kernel[Floats] = Kernel(
+    "bias_acceleration",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("bias_acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.bias_acceleration,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    60 multiplications, 40 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+bias_acceleration_local: Kernel[Floats] = Kernel(
+    "bias_acceleration_local",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("bias_acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.bias_acceleration_local,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at its origin in its own axes.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    89 multiplications, 53 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+bias_acceleration_world: Kernel[Floats] = Kernel(
+    "bias_acceleration_world",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,))),
+    results=(Array("bias_acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.bias_acceleration_world,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at the origin of the base in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    91 multiplications, 54 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+acceleration: Kernel[Floats] = Kernel(
+    "acceleration",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,)), Array("qdd", (6,))),
+    results=(Array("acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.acceleration,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool (J qdd + dJ/dt qd).
+
+    Linear, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    70 multiplications, 54 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+acceleration_local: Kernel[Floats] = Kernel(
+    "acceleration_local",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,)), Array("qdd", (6,))),
+    results=(Array("acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.acceleration_local,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes.
+
+    q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    98 multiplications, 64 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+acceleration_world: Kernel[Floats] = Kernel(
+    "acceleration_world",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)), Array("qd", (6,)), Array("qdd", (6,))),
+    results=(Array("acceleration", (6,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.acceleration_world,
+    native=_native,
+    params=None,
+    doc="""Acceleration of the tool (J qdd + dJ/dt qd).
+
+    Linear, then angular, at the origin of the base in the axes of the base.
+
+    q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
+    98 multiplications, 64 additions, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+hessian: Kernel[Floats] = Kernel(
+    "hessian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("hessian", (6, 6, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.hessian,
+    native=_native,
+    params=None,
+    doc="""Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k].
+
+    Rows linear velocity, then angular.
+
+    q of shape (..., 6) gives (..., 6, 6, 6); angles in rad, lengths in m.
+    68 multiplications, 27 additions, 14 changes of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+quaternion_wxyz: Kernel[Floats] = Kernel(
+    "quaternion_wxyz",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("quaternion_wxyz", (4,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.quaternion_wxyz,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as a unit quaternion w, x, y, z with w >= 0.
+
+    q of shape (..., 6) gives (..., 4); angles in rad, lengths in m.
+    35 multiplications, 24 additions, 8 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    for a configuration.
+    """,
+)
+
+quaternion_xyzw: Kernel[Floats] = Kernel(
+    "quaternion_xyzw",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("quaternion_xyzw", (4,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.quaternion_xyzw,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as a unit quaternion x, y, z, w with w >= 0.
+
+    q of shape (..., 6) gives (..., 4); angles in rad, lengths in m.
+    35 multiplications, 24 additions, 8 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    for a configuration.
+    """,
+)
+
+rpy_zyx: Kernel[Floats] = Kernel(
+    "rpy_zyx",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("rpy_zyx", (3,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.rpy_zyx,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
+    34 multiplications, 15 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
+    configuration.
+    """,
+)
+
+rpy_xyz: Kernel[Floats] = Kernel(
+    "rpy_xyz",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("rpy_xyz", (3,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.rpy_xyz,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw).
+
+    q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
+    38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
+    configuration.
+    """,
+)
+
+euler_zyz: Kernel[Floats] = Kernel(
+    "euler_zyz",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("euler_zyz", (3,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.euler_zyz,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi).
+
+    q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
+    38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
+    configuration.
+    """,
+)
+
+axis_angle: Kernel[Floats] = Kernel(
+    "axis_angle",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("axis_angle", (3,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.axis_angle,
+    native=_native,
+    params=None,
+    doc="""Orientation of the tool as a rotation vector: its axis times the angle in 0 to pi.
+
+    q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
+    43 multiplications, 26 additions, 8 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
+    tangent, 22 selections for a configuration.
+    """,
+)
+
+quaternion_wxyz_jacobian: Kernel[Floats] = Kernel(
+    "quaternion_wxyz_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (4, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.quaternion_wxyz_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of the quaternion w, x, y, z of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 4, 6); angles in rad, lengths in m.
+    91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    for a configuration.
+    """,
+)
+
+quaternion_xyzw_jacobian: Kernel[Floats] = Kernel(
+    "quaternion_xyzw_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (4, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.quaternion_xyzw_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of the quaternion x, y, z, w of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 4, 6); angles in rad, lengths in m.
+    91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    for a configuration.
+    """,
+)
+
+rpy_zyx_jacobian: Kernel[Floats] = Kernel(
+    "rpy_zyx_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (3, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.rpy_zyx_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
+    71 multiplications, 30 additions, 2 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
+    for a configuration.
+    """,
+)
+
+rpy_xyz_jacobian: Kernel[Floats] = Kernel(
+    "rpy_xyz_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (3, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.rpy_xyz_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
+    73 multiplications, 29 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
+    for a configuration.
+    """,
+)
+
+euler_zyz_jacobian: Kernel[Floats] = Kernel(
+    "euler_zyz_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (3, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.euler_zyz_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
+    71 multiplications, 30 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
+    for a configuration.
+    """,
+)
+
+axis_angle_jacobian: Kernel[Floats] = Kernel(
+    "axis_angle_jacobian",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("q", (6,)),),
+    results=(Array("jacobian", (3, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.axis_angle_jacobian,
+    native=_native,
+    params=None,
+    doc="""Derivative of the rotation vector of the tool by the joint variables.
+
+    q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
+    101 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
+    tangent, 23 selections for a configuration.
+    """,
+)
+
+inverse_pose: Kernel[Floats] = Kernel(
+    "inverse_pose",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("a_T_b", (4, 4), True),),
+    results=(Array("b_T_a", (4, 4), True),),
+    reals=("float64", "float32"),
+    formula=_numpy.inverse_pose,
+    native=_native,
+    params=None,
+    doc="""Inverse of a pose.
+
+    a_T_b of shape (..., 4, 4) gives (..., 4, 4); angles in rad, lengths in m.
+    9 multiplications, 6 additions, 3 changes of sign for a configuration.
+    """,
+)
+
+transform_point: Kernel[Floats] = Kernel(
+    "transform_point",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("a_T_b", (4, 4), True), Array("b_p", (3,))),
+    results=(Array("a_p", (3,)),),
+    reals=("float64", "float32"),
+    formula=_numpy.transform_point,
+    native=_native,
+    params=None,
+    doc="""A point of frame b, given the pose of b in a, as a point of frame a.
+
+    a_T_b of shape (..., 4, 4) and b_p of shape (..., 3) give (..., 3); angles in rad, lengths in m.
+    9 multiplications, 9 additions for a configuration.
+    """,
+)
+
+adjoint: Kernel[Floats] = Kernel(
+    "adjoint",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("a_T_b", (4, 4), True),),
+    results=(Array("adjoint", (6, 6)),),
+    reals=("float64", "float32"),
+    formula=_numpy.adjoint,
+    native=_native,
+    params=None,
+    doc="""Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+
+    a_T_b of shape (..., 4, 4) gives (..., 6, 6); angles in rad, lengths in m.
+    18 multiplications, 9 additions for a configuration.
+    """,
+)
+
+inverse = Inverse(
+    "inverse",
+    module=__name__,
+    symbol="puma560",
+    inputs=(Array("base_T_tool", (4, 4), True),),
+    results=(Array("solutions", (8, 6)), Array("valid", (8,), is_truth=True)),
+    reals=("float64", "float32"),
+    formula=_numpy.inverse,
+    native=_native,
+    params=None,
+    doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
+
+    base_T_tool of shape (..., 4, 4) gives solutions (..., 8, 6) and valid (..., 8); angles in rad, lengths in m.
+    138 multiplications, 128 additions, 14 changes of sign, 2 divisions, 7 square roots, 17 arc tangents, 83 selections
+    for a configuration.
+
+    Family: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
+      0  shoulder left, elbow up, wrist no-flip
+      1  shoulder left, elbow up, wrist flip
+      2  shoulder left, elbow down, wrist no-flip
+      3  shoulder left, elbow down, wrist flip
+      4  shoulder right, elbow up, wrist no-flip
+      5  shoulder right, elbow up, wrist flip
+      6  shoulder right, elbow down, wrist no-flip
+      7  shoulder right, elbow down, wrist flip
+    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
+    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
+    wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+    valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
+    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+      the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
+      root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
+      where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
+    """,
+    turnings=(
+        (
+            (6.283185307179586, -2.7925269061909277, 2.7925269061909277),
+            (6.283185307179586, -3.926990919987242, 0.7853982663974484),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+            (6.283185307179586, -1.9198622801937628, 2.9670598313903604),
+            (6.283185307179586, -1.7453293549943298, 1.7453293549943298),
+            (6.283185307179586, -1.7976931348623157e308, 1.7976931348623157e308),
+        ),
+        (
+            (6.2831854820251465, -2.794916868209839, 2.794916868209839),
+            (6.2831854820251465, -3.9293808937072754, 0.7877882122993469),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+            (6.2831854820251465, -1.9222522974014282, 2.969449758529663),
+            (6.2831854820251465, -1.7477192878723145, 1.7477192878723145),
+            (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+        ),
+    ),
+)
+
+numeric_inverse = NumericInverse(
+    "numeric_inverse",
+    module=__name__,
+    symbol="puma560",
+    kernel=fk_jacobian,
+    joints=(
+        Joint(-2.792526803190927, 2.792526803190927, True, True),
+        Joint(-3.9269908169872414, 0.7853981633974483, True, True),
+        Joint(-3.141592653589793, 3.141592653589793, False, True),
+        Joint(-1.9198621771937625, 2.96705972839036, True, True),
+        Joint(-1.7453292519943295, 1.7453292519943295, True, True),
+        Joint(-3.141592653589793, 3.141592653589793, False, True),
+    ),
+    reach=1.03395,
+    tolerances=((1e-09, 1e-09), (1e-05, 1e-05)),
+    native=_native,
+    params=None,
+    doc="""Joint values for poses of the tool, by damped least squares with random restarts.
+
+    base_T_tool of shape (..., 4, 4) and start of shape (..., 6) give joint vectors (..., 6) with
+    their errors; angles in rad, lengths in m.
     """,
 )
 

@@ -21,8 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Array, Compiled, Floats, Formula, real_array
+from ._overlap import check_apart, overlaps_itself
 from ._parameters import checked_params, settled_params
 from ._quick import quick_class, quicken
+from ._signature import OwnSignature, by_place, described
 from ._threads import blocks_of, spread, workers_for
 
 Layout = Literal["4x4", "3x4", "joint_major"]
@@ -60,6 +62,8 @@ class Kernel(Generic[Result]):
     """
 
     kind = "kernel"
+    options: tuple[tuple[str, Any], ...] = (("out", None), ("threads", 1), ("layout", "4x4"))
+    __signature__ = OwnSignature()
 
     def __new__(cls, *_arguments: Any, native: Any = None, **_options: Any) -> Kernel[Any]:
         """An object whose plain calls go to C without a detour, where that can be."""
@@ -79,8 +83,9 @@ class Kernel(Generic[Result]):
         params: Any = None,
         doc: str = "",
     ) -> None:
-        self.__name__, self.__module__, self.__doc__ = name, module, doc
+        self.__name__, self.__module__ = name, module
         self.inputs, self.results, self._params = inputs, results, params
+        self.__doc__ = described(self, doc)
         self.dof = inputs[0].size
         self.shape = results[0].shape if len(results) == 1 else tuple(result.shape for result in results)
         self._first, self._rank = results[0].shape, len(inputs[0].shape)
@@ -102,6 +107,7 @@ class Kernel(Generic[Result]):
         out: Any = None,
         threads: int = 1,
         layout: Layout = "4x4",
+        **named: Any,
     ) -> Result:
         """Evaluate one configuration or a batch.
 
@@ -116,10 +122,14 @@ class Kernel(Generic[Result]):
             threads: Number of threads that share a batch; 0 for all cores.
             layout: "4x4": matrices (..., 4, 4). "3x4": the same without the last row. "joint_major": (12, N), one row
                 for each entry of the 3x4 matrix, and likewise for results that are not matrices.
+            named: Inputs that are given by their names.
 
         Returns:
             The result; `out` where it was given.
         """
+        if named:
+            q, *rest = by_place(self, others if q is _MISSING else (q, *others), named)
+            others = tuple(rest)
         # Small plain arrays are one C call, which reads their headers itself and declines whatever is not plain. What
         # takes and gives a single array has this way to itself, since every look-up counts here. Most such calls never
         # come here: C takes them whole, where `_quick` could arrange it.
@@ -134,15 +144,15 @@ class Kernel(Generic[Result]):
                 result = out
                 return result
         inputs = others if q is _MISSING else (q, *others)
-        named = self._named(params)
+        chosen = self._named(params)
         if self._direct is None and threads == 1 and layout == "4x4":
-            result = self._at_once(inputs, named, out)
+            result = self._at_once(inputs, chosen, out)
             if result is not None:
                 return result
-        result = self._evaluate(inputs, named, out, threads, layout)
+        result = self._evaluate(inputs, chosen, out, threads, layout)
         return result
 
-    def bind(self, *arrays: Floats, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
+    def bind(self, *arrays: NDArray[Any], params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
         """Look everything up once: each call of the result reads the inputs anew and writes the results.
 
         Args:
@@ -194,7 +204,7 @@ class Kernel(Generic[Result]):
             if type(first) is not _ndarray or first.size >= _SMALL:
                 return None
             lead = first.shape[: max(0, first.ndim - self._rank)]
-            results = tuple(_empty(lead + each.shape, first.dtype) for each in self.results)
+            results = tuple(_empty(lead + each.shape, each.dtype(first.dtype)) for each in self.results)
         else:
             results = (out,) if len(self.results) == 1 else out
             if type(results) is not tuple or len(results) != len(self.results):
@@ -223,7 +233,8 @@ class Kernel(Generic[Result]):
         dtype = self._result_type(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
-            results = tuple(self._engine.empty(shape, dtype) for shape in shapes)
+            kinds = [each.dtype(dtype) for each in self.results]
+            results = tuple(map(self._engine.empty, shapes, kinds))
         else:
             results = (out,) if len(self.results) == 1 else out
             self._checked_results(results, lead, dtype, arrays, varied, layout)
@@ -311,11 +322,11 @@ class Kernel(Generic[Result]):
                 pairs = [*zip((each.name for each in self.inputs), inputs), *varied.items()]
                 given = ", ".join(f"{name} of shape {array.shape}" for name, array in pairs)
                 raise ValueError(f"{self.__name__}: {label} has shape {out.shape}, expected {shape} for {given}")
-            if out.dtype != dtype:
-                raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {dtype}")
+            if out.dtype != each.dtype(dtype):
+                raise TypeError(f"{self.__name__}: {label} is of type {out.dtype}, expected {each.dtype(dtype)}")
             if not out.flags.writeable:
                 raise ValueError(f"{self.__name__}: {label} is read-only")
-            if _overlaps_itself(out):
+            if overlaps_itself(out):
                 raise ValueError(f"{self.__name__}: {label} overlaps itself: several entries share memory")
             others = [
                 *zip((given.name for given in self.inputs), inputs),
@@ -323,28 +334,3 @@ class Kernel(Generic[Result]):
                 *((e.name, r) for e, r in zip(self.results[:place], results)),
             ]
             check_apart(self.__name__, label, out, others)
-
-
-def check_apart(name: str, label: str, out: NDArray[Any], others: Sequence[tuple[str, NDArray[Any]]]) -> None:
-    """Refuse an array for results that shares memory with another array."""
-    for other, array in others:
-        if _overlap(array, out):
-            raise ValueError(f"{name}: {label} shares memory with {other}")
-
-
-def _overlaps_itself(array: NDArray[Any]) -> bool:
-    """Whether entries of an array may lie over each other; never so for a part or another order of a whole array."""
-    end = array.itemsize
-    for stride, size in sorted((abs(stride), size) for stride, size in zip(array.strides, array.shape) if size > 1):
-        if stride < end:
-            return array.size > 0
-        end = stride * (size - 1) + end
-    return False
-
-
-def _overlap(first: NDArray[Any], second: NDArray[Any]) -> bool:
-    effort: Any = 10_000  # the exact answer can take for ever
-    try:
-        return bool(np.shares_memory(first, second, max_work=effort))
-    except RuntimeError:
-        return True

@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,317 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _atan2_double(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in double."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.5463
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 2.2250738585072014e-308
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side.
+    z = t * t
+    w = z * z
+    a13 = w * -0.0064409620097308365
+    a11 = a13 - 0.03466495380060364
+    a11w = a11 * w
+    a9 = a11w - 0.05199785276921586
+    a9w = a9 * w
+    a7 = a9w - 0.06665476747011981
+    a7w = a7 * w
+    a5 = a7w - 0.0909090377719635
+    a5w = a5 * w
+    a3 = a5w - 0.14285714281741374
+    a3w = a3 * w
+    a1 = a3w - 0.33333333333333176
+    a12 = w * 0.02038764715331689
+    a10 = a12 + 0.04482172758367528
+    a10w = a10 * w
+    a8 = a10w + 0.058720659343036295
+    a8w = a8 * w
+    a6 = a8w + 0.07692211229011013
+    a6w = a6 * w
+    a4 = a6w + 0.11111110922228634
+    a4w = a4 * w
+    a2 = a4w + 0.19999999999957793
+    a2z = a2 * z
+    a = a1 + a2z
+    tz = t * z
+    tail = tz * a
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.39269908169872414
+    low = parts * 1.5308084989341915e-17
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
+
+def _atan2_float(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in float."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.414213562
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 1.17549435e-38
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z).
+    z = t * t
+    a5 = z * -0.0609269701
+    a4 = a5 + 0.106001638
+    a4z = a4 * z
+    a3 = a4z - 0.142445102
+    a3z = a3 * z
+    a2 = a3z + 0.199985325
+    a2z = a2 * z
+    a1 = a2z - 0.333333164
+    tz = t * z
+    tail = tz * a1
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.392699122
+    low = parts * -4.07301713e-08
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
+
+
+def _atan2(y: Floats | float, x: Floats | float) -> Floats:
+    """The angle of a point; zeros have no sign, and an infinity makes it NaN, as in the C files."""
+    if _AS_IN_C:
+        real = np.result_type(y, x)
+        y, x = np.asarray(y, real), np.asarray(x, real)
+        return _atan2_float(y, x) if real == np.float32 else _atan2_double(y, x)
+    return np.arctan2(y + (y - y), x + (x - x))
+
+
+def _sqrt(x: Floats | float) -> Floats:
+    """The square root; zeros have no sign, as in the C files."""
+    return np.sqrt(x + 0.0)
 
 
 def fk(q: Floats) -> tuple[Floats | float, ...]:
@@ -392,4 +698,5509 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
         t13,
         t15,
         t9,
+    )
+
+
+def jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Geometric Jacobian of the tool.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # waist, shoulder and elbow: linear part and angular part
+    t0 = c2 * 0.4318
+    t1 = s2 * -0.4318
+    t2 = -s1
+    t3 = -c23
+
+    # waist, shoulder, elbow and forearm: angular part
+    t4 = c1 * s23
+    t5 = -t4
+    t6 = s1 * s23
+    t7 = -t6
+    t8 = s23 * s4
+    t9 = -t8
+
+    # shoulder and elbow: linear part
+    t10 = s23 * 0.4318
+    t11 = c23 * 0.0203
+    t12 = t10 - t11
+    t13 = t12 - t0
+    t14 = s23 * -0.0203
+    t15 = c23 * 0.4318
+    t16 = t14 - t15
+    t17 = t16 + t1
+
+    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t18 = c1 * t17
+    t19 = s1 * t17
+    t20 = c1 * t16
+    t21 = s1 * t16
+    t22 = s1 * -0.15005
+    t23 = c1 * t13
+    t24 = t22 - t23
+    t25 = s1 * t13
+    t26 = c1 * 0.15005
+    t27 = t25 - t26
+    t28 = c23 * s4
+    t29 = s4 * s5
+    t30 = c4 * s5
+
+    # waist, shoulder, elbow, forearm and wrist_bend: angular part
+    t31 = s1 * c4
+    t32 = c1 * c4
+    t33 = c1 * t28
+    t34 = t33 - t31
+    t35 = s1 * t28
+    t36 = t35 + t32
+    t37 = c23 * c5
+    t38 = s23 * c5
+
+    # shoulder and elbow: angular part
+    t39 = s23 * t30
+    t40 = t39 - t37
+    t41 = c23 * t30
+    t42 = t38 + t41
+
+    # waist: angular part
+    t43 = s1 * t29
+    t44 = s1 * t42
+    t45 = c1 * t42
+    t46 = t43 + t45
+    t47 = c1 * t29
+    t48 = t47 - t44
+    t49 = -t46
+    return (
+        t27,
+        t18,
+        t20,
+        0.0,
+        0.0,
+        0.0,
+        t24,
+        t19,
+        t21,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t13,
+        t12,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t2,
+        t2,
+        t5,
+        t34,
+        t49,
+        0.0,
+        c1,
+        c1,
+        t7,
+        t36,
+        t48,
+        1.0,
+        0.0,
+        0.0,
+        t3,
+        t9,
+        t40,
+    )
+
+
+def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
+    """Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s23, c23 = _sincos(q23)
+    s3, c3 = _sincos(q[2])
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # elbow, forearm, wrist_bend and flange: linear part and angular part
+    t0 = s5 * c6
+    t1 = c3 * 0.4318
+    t2 = 0.0203 + t1
+    t3 = s3 * 0.4318
+    t4 = t3 - 0.4318
+    t5 = -s6
+    t6 = -c6
+    t7 = s5 * s6
+    t8 = -t7
+    t9 = s4 * s5
+    t10 = s4 * c5
+    t11 = c4 * s6
+
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t12 = c6 * t10
+    t13 = t11 + t12
+    t14 = s6 * t10
+    t15 = -t13
+    t16 = c4 * c6
+    t17 = t14 - t16
+    t18 = s23 * c4
+    t19 = s23 * s4
+    t20 = c23 * c5
+    t21 = c23 * s5
+
+    # wrist_bend: linear part and angular part
+    t22 = s5 * t18
+    t23 = t22 - t20
+    t24 = c5 * t18
+    t25 = t21 + t24
+
+    # forearm and flange: linear part and angular part
+    t26 = c6 * t25
+    t27 = s6 * t25
+    t28 = s6 * t19
+    t29 = t28 - t26
+    t30 = c6 * t19
+    t31 = t27 + t30
+    t32 = c4 * 0.4318
+    t33 = s4 * 0.4318
+
+    # wrist_bend: linear part
+    t34 = c5 * 0.0203
+    t35 = s5 * t32
+    t36 = t34 + t35
+    t37 = c5 * t32
+    t38 = s5 * 0.0203
+    t39 = t37 - t38
+
+    # flange: linear part
+    t40 = c6 * t39
+    t41 = s6 * t39
+    t42 = s6 * t33
+    t43 = t42 - t40
+    t44 = c6 * t33
+    t45 = t41 + t44
+
+    # forearm: linear part
+    t46 = s4 * 0.15005
+    t47 = s4 * t2
+    t48 = c4 * t2
+    t49 = t48 - t46
+    t50 = c4 * 0.15005
+    t51 = t50 + t47
+
+    # wrist_bend: linear part
+    t52 = s5 * t4
+    t53 = s5 * t49
+    t54 = c5 * t49
+    t55 = t54 - t52
+    t56 = c5 * t4
+    t57 = t53 + t56
+
+    # wrist_bend and flange: linear part
+    t58 = c6 * t55
+    t59 = s6 * t55
+    t60 = s6 * t51
+    t61 = t58 - t60
+    t62 = c6 * t51
+    t63 = t59 + t62
+    t64 = t17 * t57
+    t65 = t17 * t61
+    t66 = t9 * t63
+    t67 = t66 - t64
+    t68 = t9 * t61
+    t69 = t13 * t57
+    t70 = t68 - t69
+    t71 = t13 * t63
+    t72 = t71 - t65
+    t73 = t31 * t57
+    t74 = t29 * t57
+
+    # flange: linear part
+    t75 = t31 * t61
+    t76 = t23 * t61
+    t77 = t74 + t76
+    t78 = t23 * t63
+    t79 = t78 - t73
+    t80 = t29 * t63
+    t81 = t75 + t80
+    t82 = -t81
+    return (
+        t79,
+        t67,
+        t43,
+        0.0,
+        0.0,
+        0.0,
+        t77,
+        t70,
+        t45,
+        0.0,
+        0.0,
+        0.0,
+        t82,
+        t72,
+        t36,
+        0.0,
+        0.0,
+        0.0,
+        t29,
+        t15,
+        t15,
+        t0,
+        t5,
+        0.0,
+        t31,
+        t17,
+        t17,
+        t8,
+        t6,
+        0.0,
+        t23,
+        t9,
+        t9,
+        c5,
+        0.0,
+        1.0,
+    )
+
+
+def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
+    """Geometric Jacobian of the tool.
+
+    Rows linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = c1 * t1
+    t3 = s1 * t1
+    t4 = -s1
+    t5 = -c23
+    t6 = c1 * s23
+    t7 = -t6
+    t8 = s1 * s23
+    t9 = -t8
+    t10 = s23 * s4
+    t11 = -t10
+
+    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t12 = c23 * s4
+    t13 = s4 * s5
+    t14 = c4 * s5
+    t15 = s1 * c4
+    t16 = c1 * c4
+
+    # waist, shoulder, elbow and wrist_bend: linear part and angular part
+    t17 = c1 * t12
+    t18 = t17 - t15
+    t19 = s1 * t12
+    t20 = t19 + t16
+    t21 = c23 * c5
+    t22 = s23 * c5
+
+    # shoulder and elbow: linear part and angular part
+    t23 = s23 * t14
+    t24 = t23 - t21
+    t25 = c23 * t14
+    t26 = t22 + t25
+
+    # waist: linear part and angular part
+    t27 = s1 * t13
+    t28 = c1 * t13
+    t29 = c1 * t26
+    t30 = t27 + t29
+    t31 = s1 * t26
+    t32 = t28 - t31
+    t33 = -t30
+
+    # shoulder and elbow: linear part
+    t34 = s23 * 0.4318
+    t35 = s23 * 0.0203
+    t36 = c23 * 0.0203
+    t37 = t34 - t36
+    t38 = t37 - t0
+    t39 = c23 * 0.4318
+    t40 = t35 + t39
+    t41 = t1 + t40
+
+    # waist: linear part
+    t42 = s1 * 0.15005
+    t43 = s1 * t38
+    t44 = c1 * t38
+    t45 = t42 + t44
+    t46 = c1 * 0.15005
+    t47 = t43 - t46
+
+    # waist, shoulder and elbow: linear part
+    t48 = c23 * t47
+    t49 = c23 * t45
+    t50 = t8 * t41
+    t51 = t48 - t50
+    t52 = t8 * t45
+    t53 = t6 * t41
+    t54 = t53 - t49
+    t55 = t6 * t47
+    t56 = t52 - t55
+    t57 = t10 * t47
+    t58 = t10 * t45
+    t59 = t20 * t41
+    t60 = t57 + t59
+    t61 = t20 * t45
+    t62 = t18 * t41
+    t63 = t58 + t62
+    t64 = -t63
+    t65 = t18 * t47
+    t66 = t65 - t61
+    t67 = t32 * t41
+    t68 = t30 * t41
+    t69 = t30 * t47
+    t70 = t24 * t47
+    t71 = t67 - t70
+    t72 = t24 * t45
+    t73 = t72 + t68
+    t74 = t32 * t45
+    t75 = t69 + t74
+    t76 = -t75
+    return (
+        0.0,
+        0.0,
+        t2,
+        t51,
+        t60,
+        t71,
+        0.0,
+        0.0,
+        t3,
+        t54,
+        t64,
+        t73,
+        0.0,
+        0.0,
+        t0,
+        t56,
+        t66,
+        t76,
+        0.0,
+        t4,
+        t4,
+        t7,
+        t18,
+        t33,
+        0.0,
+        c1,
+        c1,
+        t9,
+        t20,
+        t32,
+        1.0,
+        0.0,
+        0.0,
+        t5,
+        t11,
+        t24,
+    )
+
+
+def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: all results
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = -s1
+    t3 = -c23
+    t4 = c5 * c6
+    t5 = s5 * c6
+    t6 = s4 * s6
+    t7 = c4 * s6
+
+    # forearm and wrist_bend: rotation and angular part
+    t8 = c4 * t4
+    t9 = t6 - t8
+    t10 = s4 * t4
+    t11 = t10 + t7
+    t12 = c4 * s5
+    t13 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: rotation and angular part
+    t14 = c23 * t9
+    t15 = s23 * t9
+    t16 = s23 * t5
+    t17 = t14 + t16
+    t18 = c23 * t5
+    t19 = t15 - t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # shoulder and elbow: rotation and angular part
+    t22 = c23 * t12
+    t23 = t20 + t22
+    t24 = s23 * t12
+    t25 = t24 - t21
+
+    # shoulder, elbow and forearm: position, linear part and angular part
+    t26 = s23 * 0.4318
+    t27 = c23 * 0.0203
+    t28 = t26 - t27
+    t29 = t28 - t0
+    t30 = s23 * -0.0203
+    t31 = c23 * 0.4318
+    t32 = t30 - t31
+    t33 = t32 - t1
+    t34 = c23 * s4
+    t35 = s23 * s4
+    t36 = -t35
+
+    # waist: linear part
+    t37 = c1 * t33
+    t38 = s1 * t33
+    t39 = c1 * t32
+    t40 = s1 * t32
+
+    # waist: rotation
+    t41 = c1 * t17
+    t42 = s1 * t17
+    t43 = s1 * t11
+    t44 = t43 - t41
+    t45 = c1 * t11
+    t46 = t42 + t45
+    t47 = -t46
+
+    # waist: rotation and angular part
+    t48 = s1 * t13
+    t49 = c1 * t13
+    t50 = c1 * t23
+    t51 = t48 + t50
+    t52 = s1 * t23
+    t53 = t49 - t52
+    t54 = -t51
+
+    # waist: position and linear part
+    t55 = s1 * -0.15005
+    t56 = c1 * t29
+    t57 = t55 - t56
+    t58 = s1 * t29
+    t59 = c1 * 0.15005
+    t60 = t58 - t59
+    t61 = -t60
+
+    # waist: rotation
+    t62 = t19 * t53
+    t63 = t19 * t51
+    t64 = t46 * t51
+    t65 = t25 * t46
+    t66 = t62 + t65
+    t67 = t25 * t44
+    t68 = t63 + t67
+    t69 = t44 * t53
+    t70 = t64 - t69
+
+    # waist, shoulder, elbow and forearm: angular part
+    t71 = c1 * s23
+    t72 = -t71
+    t73 = s1 * s23
+    t74 = -t73
+    t75 = s1 * c4
+    t76 = s1 * t34
+    t77 = c1 * t34
+    t78 = t77 - t75
+    t79 = c1 * c4
+    t80 = t76 + t79
+    return (
+        t44,
+        t66,
+        t54,
+        t57,
+        t47,
+        t68,
+        t53,
+        t61,
+        t19,
+        t70,
+        t25,
+        t33,
+        t60,
+        t37,
+        t39,
+        0.0,
+        0.0,
+        0.0,
+        t57,
+        t38,
+        t40,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t29,
+        t28,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t2,
+        t2,
+        t72,
+        t78,
+        t54,
+        0.0,
+        c1,
+        c1,
+        t74,
+        t80,
+        t53,
+        1.0,
+        0.0,
+        0.0,
+        t3,
+        t36,
+        t25,
+    )
+
+
+def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in its own axes.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # shoulder, forearm, wrist_bend and flange: all results
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = -s6
+    t3 = -c6
+    t4 = c5 * c6
+    t5 = c5 * s6
+    t6 = s4 * s6
+    t7 = c4 * t4
+    t8 = t7 - t6
+    t9 = s4 * t4
+    t10 = s4 * c6
+    t11 = c4 * t5
+    t12 = t10 + t11
+    t13 = s4 * t5
+    t14 = c4 * s5
+
+    # shoulder, elbow, wrist_bend and flange: rotation, linear part and angular part
+    t15 = s5 * c6
+    t16 = s5 * s6
+    t17 = -t16
+    t18 = s23 * t15
+    t19 = c23 * t15
+    t20 = c23 * t8
+    t21 = t20 - t18
+    t22 = s23 * t8
+    t23 = t22 + t19
+    t24 = -t23
+    t25 = s23 * t16
+    t26 = c23 * t16
+    t27 = c23 * t12
+    t28 = t25 - t27
+    t29 = s23 * t12
+    t30 = t29 + t26
+
+    # shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part
+    t31 = s23 * c5
+    t32 = c23 * t14
+    t33 = t31 + t32
+    t34 = s23 * t14
+    t35 = c4 * s6
+    t36 = t9 + t35
+    t37 = -t36
+    t38 = c4 * c6
+    t39 = t13 - t38
+    t40 = s4 * s5
+
+    # waist: rotation
+    t41 = s1 * t36
+    t42 = c1 * t21
+    t43 = t41 + t42
+    t44 = s1 * t21
+    t45 = s1 * t39
+    t46 = c1 * t28
+    t47 = t46 - t45
+    t48 = s1 * t28
+    t49 = s1 * t40
+    t50 = c1 * t33
+    t51 = t49 + t50
+    t52 = -t51
+    t53 = s1 * t33
+    t54 = c1 * t36
+    t55 = t44 - t54
+    t56 = c1 * t39
+    t57 = t48 + t56
+    t58 = c1 * t40
+    t59 = t58 - t53
+
+    # shoulder, elbow and wrist_bend: all results
+    t60 = c23 * c5
+    t61 = t34 - t60
+    t62 = s23 * 0.4318
+    t63 = c23 * 0.0203
+    t64 = t62 - t63
+    t65 = t64 - t0
+    t66 = s23 * -0.0203
+    t67 = c23 * 0.4318
+    t68 = t66 - t67
+    t69 = t68 - t1
+
+    # waist and forearm: position and linear part
+    t70 = s1 * -0.15005
+    t71 = s1 * t65
+    t72 = c1 * t65
+    t73 = t70 - t72
+    t74 = c1 * 0.15005
+    t75 = t74 - t71
+    t76 = c4 * 0.4318
+    t77 = s4 * 0.4318
+
+    # wrist_bend: linear part
+    t78 = c5 * 0.0203
+    t79 = s5 * t76
+    t80 = t78 + t79
+    t81 = c5 * t76
+    t82 = s5 * 0.0203
+    t83 = t81 - t82
+
+    # flange: linear part
+    t84 = c6 * t83
+    t85 = s6 * t83
+    t86 = s6 * t77
+    t87 = t86 - t84
+    t88 = c6 * t77
+    t89 = t85 + t88
+
+    # shoulder and elbow: linear part
+    t90 = s23 * t1
+    t91 = c23 * t1
+    t92 = c23 * t0
+    t93 = t90 + t92
+    t94 = s23 * t0
+    t95 = t94 - t91
+    t96 = 0.0203 + t93
+    t97 = t95 - 0.4318
+
+    # forearm: linear part
+    t98 = s4 * 0.15005
+    t99 = s4 * t96
+    t100 = c4 * t96
+    t101 = t100 - t98
+    t102 = c4 * 0.15005
+    t103 = t102 + t99
+
+    # wrist_bend: linear part
+    t104 = s5 * t97
+    t105 = s5 * t101
+    t106 = c5 * t101
+    t107 = t106 - t104
+    t108 = c5 * t97
+    t109 = t105 + t108
+
+    # wrist_bend and flange: linear part
+    t110 = c6 * t107
+    t111 = s6 * t107
+    t112 = s6 * t103
+    t113 = t110 - t112
+    t114 = c6 * t103
+    t115 = t111 + t114
+    t116 = t40 * t115
+    t117 = t40 * t113
+    t118 = t39 * t109
+    t119 = t116 - t118
+    t120 = t39 * t113
+    t121 = t36 * t109
+    t122 = t117 - t121
+    t123 = t36 * t115
+    t124 = t123 - t120
+    t125 = t61 * t115
+    t126 = t61 * t113
+    t127 = t23 * t115
+    t128 = t23 * t109
+    t129 = t126 - t128
+    t130 = t30 * t109
+    t131 = t125 - t130
+    t132 = t30 * t113
+    t133 = t127 - t132
+    return (
+        t43,
+        t47,
+        t52,
+        t73,
+        t55,
+        t57,
+        t59,
+        t75,
+        t24,
+        t30,
+        t61,
+        t69,
+        t131,
+        t119,
+        t87,
+        0.0,
+        0.0,
+        0.0,
+        t129,
+        t122,
+        t89,
+        0.0,
+        0.0,
+        0.0,
+        t133,
+        t124,
+        t80,
+        0.0,
+        0.0,
+        0.0,
+        t24,
+        t37,
+        t37,
+        t15,
+        t2,
+        0.0,
+        t30,
+        t39,
+        t39,
+        t17,
+        t3,
+        0.0,
+        t61,
+        t40,
+        t40,
+        c5,
+        0.0,
+        1.0,
+    )
+
+
+def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: all results
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = c1 * t1
+    t3 = s1 * t1
+    t4 = -s1
+    t5 = -c23
+    t6 = c5 * c6
+    t7 = s5 * c6
+    t8 = s4 * s6
+    t9 = c4 * s6
+
+    # forearm and wrist_bend: rotation, linear part and angular part
+    t10 = c4 * t6
+    t11 = t8 - t10
+    t12 = s4 * t6
+    t13 = t12 + t9
+    t14 = c4 * s5
+    t15 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: rotation, linear part and angular part
+    t16 = c23 * t11
+    t17 = s23 * t11
+    t18 = s23 * t7
+    t19 = t16 + t18
+    t20 = c23 * t7
+    t21 = t17 - t20
+    t22 = s23 * c5
+    t23 = c23 * c5
+
+    # shoulder and elbow: rotation, linear part and angular part
+    t24 = c23 * t14
+    t25 = t22 + t24
+    t26 = s23 * t14
+    t27 = t26 - t23
+
+    # shoulder and elbow: position and linear part
+    t28 = s23 * 0.4318
+    t29 = c23 * 0.0203
+    t30 = t28 - t29
+    t31 = t30 - t0
+    t32 = s23 * 0.0203
+    t33 = c23 * 0.4318
+    t34 = t32 + t33
+    t35 = t34 + t1
+    t36 = -t35
+
+    # waist: rotation
+    t37 = c1 * t19
+    t38 = s1 * t19
+    t39 = s1 * t13
+    t40 = t39 - t37
+    t41 = c1 * t13
+    t42 = t38 + t41
+    t43 = -t42
+
+    # waist: rotation, linear part and angular part
+    t44 = s1 * t15
+    t45 = c1 * t15
+    t46 = c1 * t25
+    t47 = t44 + t46
+    t48 = s1 * t25
+    t49 = t45 - t48
+    t50 = -t47
+
+    # waist: position and linear part
+    t51 = s1 * -0.15005
+    t52 = c1 * t31
+    t53 = t51 - t52
+    t54 = s1 * t31
+    t55 = c1 * 0.15005
+    t56 = t55 - t54
+
+    # waist, shoulder and elbow: rotation, linear part and angular part
+    t57 = t21 * t49
+    t58 = t21 * t47
+    t59 = t27 * t42
+    t60 = t57 + t59
+    t61 = t42 * t47
+    t62 = t27 * t40
+    t63 = t58 + t62
+    t64 = t40 * t49
+    t65 = t61 - t64
+    t66 = c1 * s23
+    t67 = -t66
+    t68 = s1 * s23
+
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t69 = s23 * s4
+    t70 = c23 * s4
+    t71 = -t68
+    t72 = -t69
+    t73 = s1 * c4
+    t74 = s1 * t70
+    t75 = c1 * t70
+    t76 = t75 - t73
+    t77 = c1 * c4
+    t78 = t74 + t77
+    t79 = c23 * t56
+    t80 = c23 * t53
+
+    # waist, shoulder, elbow and forearm: linear part
+    t81 = t35 * t68
+    t82 = t79 + t81
+    t83 = -t82
+    t84 = t53 * t68
+    t85 = t35 * t66
+    t86 = t80 + t85
+    t87 = t56 * t66
+    t88 = t87 - t84
+    t89 = t35 * t78
+    t90 = t53 * t78
+    t91 = t56 * t69
+    t92 = t89 - t91
+    t93 = t53 * t69
+
+    # waist: linear part
+    t94 = t35 * t76
+    t95 = t93 - t94
+    t96 = t56 * t76
+    t97 = t90 - t96
+    t98 = t27 * t56
+    t99 = t27 * t53
+    t100 = t47 * t56
+    t101 = t35 * t47
+    t102 = t101 - t99
+    t103 = t35 * t49
+    t104 = t98 + t103
+    t105 = t49 * t53
+    t106 = t100 + t105
+    return (
+        t40,
+        t60,
+        t50,
+        t53,
+        t43,
+        t63,
+        t49,
+        t56,
+        t21,
+        t65,
+        t27,
+        t36,
+        0.0,
+        0.0,
+        t2,
+        t83,
+        t92,
+        t104,
+        0.0,
+        0.0,
+        t3,
+        t86,
+        t95,
+        t102,
+        0.0,
+        0.0,
+        t0,
+        t88,
+        t97,
+        t106,
+        0.0,
+        t4,
+        t4,
+        t67,
+        t76,
+        t50,
+        0.0,
+        c1,
+        c1,
+        t71,
+        t78,
+        t49,
+        1.0,
+        0.0,
+        0.0,
+        t5,
+        t72,
+        t27,
+    )
+
+
+def twist(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Twist of the tool, linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # shoulder and wrist_bend: linear part and angular part
+    t0 = qd[5] * s5
+    t1 = qd[5] * c5
+    t2 = qd[3] + t1
+    t3 = c2 * 0.4318
+    t4 = s2 * 0.4318
+
+    # forearm: angular part
+    t5 = qd[4] * s4
+    t6 = s4 * t0
+    t7 = c4 * t0
+    t8 = t7 - t5
+    t9 = qd[4] * c4
+    t10 = t9 + t6
+    t11 = qd[2] + t10
+    t12 = qd[1] + t11
+
+    # shoulder and elbow: linear part
+    t13 = s23 * 0.4318
+    t14 = c23 * 0.0203
+    t15 = t13 - t14
+    t16 = t15 - t3
+    t17 = qd[2] * t15
+    t18 = s23 * 0.0203
+    t19 = c23 * 0.4318
+    t20 = t18 + t19
+    t21 = t20 + t4
+    t22 = qd[2] * t20
+    t23 = qd[1] * t21
+    t24 = t22 + t23
+
+    # shoulder and elbow: linear part and angular part
+    t25 = s23 * t2
+    t26 = s23 * t8
+    t27 = c23 * t8
+    t28 = t25 + t27
+    t29 = c23 * t2
+    t30 = t29 - t26
+    t31 = qd[0] - t30
+    t32 = qd[1] * t16
+    t33 = t17 + t32
+
+    # waist: linear part
+    t34 = s1 * 0.15005
+    t35 = c1 * t16
+    t36 = t34 + t35
+    t37 = s1 * t16
+    t38 = qd[0] * t36
+    t39 = c1 * 0.15005
+    t40 = t37 - t39
+    t41 = qd[0] * t40
+    t42 = c1 * t24
+    t43 = t41 - t42
+    t44 = s1 * t24
+    t45 = t44 + t38
+    t46 = -t45
+
+    # waist: angular part
+    t47 = s1 * t12
+    t48 = c1 * t12
+    t49 = c1 * t28
+    t50 = t47 + t49
+    t51 = s1 * t28
+    t52 = t48 - t51
+    t53 = -t50
+    return (
+        t43,
+        t46,
+        t33,
+        t53,
+        t52,
+        t31,
+    )
+
+
+def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Twist of the tool, linear velocity, then angular, at its origin in its own axes.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s23, c23 = _sincos(q23)
+    s3, c3 = _sincos(q[2])
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # shoulder and elbow: linear part and angular part
+    t0 = qd[0] * s23
+    t1 = qd[0] * c23
+    t2 = qd[1] * s3
+    t3 = 0.4318 * t2
+    t4 = s3 * t0
+    t5 = 0.4318 * t4
+    t6 = c3 * t1
+    t7 = 0.4318 * t6
+    t8 = t5 + t7
+    t9 = qd[1] * c3
+    t10 = 0.4318 * t9
+    t11 = qd[1] + qd[2]
+    t12 = t1 * 0.15005
+    t13 = t12 - t3
+    t14 = t1 * 0.0203
+    t15 = t8 + t14
+    t16 = qd[3] - t1
+    t17 = t0 * 0.15005
+    t18 = t10 + t17
+    t19 = t11 * 0.0203
+    t20 = t19 + t18
+
+    # forearm: linear part
+    t21 = s4 * t15
+    t22 = c4 * t15
+    t23 = c4 * t13
+    t24 = t21 + t23
+    t25 = s4 * t13
+    t26 = t25 - t22
+
+    # forearm: linear part and angular part
+    t27 = s4 * t11
+    t28 = c4 * t11
+    t29 = c4 * t0
+    t30 = t27 + t29
+    t31 = s4 * t0
+    t32 = t31 - t28
+    t33 = 0.4318 * t32
+    t34 = t24 - t33
+    t35 = t32 - qd[4]
+    t36 = 0.4318 * t30
+    t37 = t26 + t36
+
+    # wrist_bend: linear part
+    t38 = c5 * t34
+    t39 = s5 * t34
+    t40 = s5 * t20
+    t41 = t40 - t38
+    t42 = c5 * t20
+    t43 = t39 + t42
+
+    # wrist_bend: angular part
+    t44 = s5 * t16
+    t45 = s5 * t30
+    t46 = c5 * t30
+    t47 = t46 - t44
+    t48 = c5 * t16
+    t49 = t45 + t48
+    t50 = qd[5] + t49
+
+    # flange: linear part
+    t51 = s6 * t37
+    t52 = c6 * t37
+    t53 = c6 * t41
+    t54 = t51 + t53
+    t55 = s6 * t41
+    t56 = t52 - t55
+
+    # flange: angular part
+    t57 = s6 * t35
+    t58 = s6 * t47
+    t59 = c6 * t47
+    t60 = t57 - t59
+    t61 = c6 * t35
+    t62 = t58 + t61
+    return (
+        t54,
+        t56,
+        t43,
+        t60,
+        t62,
+        t50,
+    )
+
+
+def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # wrist_bend: linear part and angular part
+    t0 = qd[5] * s5
+    t1 = qd[5] * c5
+    t2 = qd[3] + t1
+    t3 = qd[4] * 0.4318
+    t4 = t0 * 0.4318
+
+    # forearm: linear part
+    t5 = s4 * t4
+    t6 = c4 * t4
+    t7 = c4 * t3
+    t8 = t5 + t7
+    t9 = s4 * t3
+    t10 = t9 - t6
+
+    # forearm: linear part and angular part
+    t11 = qd[4] * s4
+    t12 = s4 * t0
+    t13 = c4 * t0
+    t14 = t13 - t11
+    t15 = qd[4] * c4
+    t16 = t15 + t12
+
+    # forearm and wrist_bend: linear part and angular part
+    t17 = t2 * 0.15005
+    t18 = t17 - t8
+    t19 = t2 * 0.0203
+    t20 = t19 - t10
+    t21 = t14 * 0.15005
+    t22 = t16 * 0.0203
+    t23 = t21 + t22
+    t24 = qd[2] + t16
+
+    # shoulder and elbow: linear part
+    t25 = s23 * t23
+    t26 = c23 * t23
+    t27 = c23 * t18
+    t28 = t27 - t25
+    t29 = s23 * t18
+    t30 = t29 + t26
+
+    # shoulder and elbow: linear part and angular part
+    t31 = s23 * t2
+    t32 = s23 * t14
+    t33 = c23 * t14
+    t34 = t31 + t33
+    t35 = c23 * t2
+    t36 = t35 - t32
+    t37 = qd[0] - t36
+
+    # shoulder: linear part
+    t38 = c2 * t36
+    t39 = 0.4318 * t38
+    t40 = c2 * t24
+    t41 = 0.4318 * t40
+    t42 = t30 + t41
+    t43 = s2 * t24
+    t44 = 0.4318 * t43
+    t45 = t44 - t28
+    t46 = s2 * t34
+    t47 = 0.4318 * t46
+    t48 = t20 + t47
+    t49 = t39 + t48
+
+    # waist and forearm: linear part and angular part
+    t50 = qd[1] + t24
+    t51 = s1 * t49
+    t52 = c1 * t49
+    t53 = c1 * t45
+    t54 = t53 - t51
+    t55 = s1 * t45
+    t56 = t52 + t55
+
+    # waist: angular part
+    t57 = s1 * t50
+    t58 = c1 * t50
+    t59 = c1 * t34
+    t60 = t57 + t59
+    t61 = s1 * t34
+    t62 = t58 - t61
+    t63 = -t60
+    return (
+        t54,
+        t56,
+        t42,
+        t63,
+        t62,
+        t37,
+    )
+
+
+def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # shoulder and wrist_bend: linear part and angular part
+    t0 = qd[5] * s5
+    t1 = qd[5] * c5
+    t2 = c2 * 0.4318
+    t3 = s2 * 0.4318
+    t4 = qd[4] * t1
+    t5 = qd[3] + t1
+    t6 = qd[4] * t0
+
+    # forearm: angular part
+    t7 = qd[4] * s4
+    t8 = c4 * t0
+    t9 = t8 - t7
+    t10 = s4 * t0
+    t11 = s4 * t4
+    t12 = c4 * t4
+    t13 = qd[4] * c4
+    t14 = t13 + t10
+    t15 = qd[3] * t14
+    t16 = t15 - t12
+    t17 = qd[2] + t14
+    t18 = qd[1] + t17
+    t19 = qd[3] * t9
+    t20 = t11 + t19
+
+    # shoulder and elbow: linear part
+    t21 = s23 * 0.4318
+    t22 = c23 * 0.0203
+    t23 = t21 - t22
+    t24 = t23 - t2
+    t25 = qd[2] * t23
+    t26 = s23 * 0.0203
+    t27 = c23 * 0.4318
+    t28 = t26 + t27
+    t29 = t28 + t3
+    t30 = qd[2] * t28
+    t31 = qd[1] * t29
+    t32 = t30 + t31
+
+    # shoulder and elbow: angular part
+    t33 = s23 * t5
+    t34 = c23 * t5
+    t35 = c23 * t9
+    t36 = t33 + t35
+    t37 = s23 * t9
+    t38 = t34 - t37
+    t39 = s23 * t6
+    t40 = s23 * t16
+    t41 = c23 * t16
+    t42 = t39 + t41
+    t43 = c23 * t6
+    t44 = t43 - t40
+
+    # shoulder and elbow: linear part
+    t45 = qd[2] * t25
+    t46 = qd[2] * t30
+    t47 = t30 + t32
+    t48 = qd[1] * t47
+    t49 = t46 + t48
+
+    # shoulder and elbow: angular part
+    t50 = qd[2] * t38
+    t51 = t50 - t42
+    t52 = qd[1] * t38
+    t53 = t51 + t52
+    t54 = qd[2] * t36
+    t55 = t44 + t54
+
+    # shoulder and elbow: linear part and angular part
+    t56 = qd[1] * t24
+    t57 = t25 + t56
+    t58 = t25 + t57
+    t59 = qd[1] * t58
+    t60 = t45 + t59
+    t61 = qd[1] * t36
+    t62 = t55 + t61
+
+    # waist: linear part
+    t63 = s1 * 0.15005
+    t64 = c1 * t24
+    t65 = t63 + t64
+    t66 = s1 * t24
+    t67 = qd[0] * t65
+    t68 = c1 * 0.15005
+    t69 = t66 - t68
+    t70 = qd[0] * t69
+    t71 = c1 * t32
+    t72 = s1 * t32
+    t73 = t70 - t71
+    t74 = t71 - t73
+    t75 = t72 + t67
+    t76 = t72 + t75
+    t77 = qd[0] * t76
+    t78 = qd[0] * t74
+
+    # waist: angular part
+    t79 = s1 * t18
+    t80 = c1 * t18
+    t81 = c1 * t36
+    t82 = t79 + t81
+    t83 = s1 * t36
+    t84 = t83 - t80
+    t85 = qd[0] * t84
+    t86 = qd[0] * t82
+
+    # waist: linear part
+    t87 = c1 * t60
+    t88 = t87 + t77
+    t89 = s1 * t60
+    t90 = t89 - t78
+
+    # waist: angular part
+    t91 = s1 * t20
+    t92 = c1 * t20
+    t93 = c1 * t53
+    t94 = t91 + t93
+    t95 = t85 - t94
+    t96 = s1 * t53
+    t97 = t92 - t96
+    t98 = t97 - t86
+    return (
+        t88,
+        t90,
+        t49,
+        t95,
+        t98,
+        t62,
+    )
+
+
+def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at its origin in its own axes.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s23, c23 = _sincos(q23)
+    s3, c3 = _sincos(q[2])
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # shoulder and elbow: linear part and angular part
+    t0 = qd[0] * s23
+    t1 = qd[0] * c23
+    t2 = qd[1] * t1
+    t3 = qd[1] * t0
+    t4 = qd[1] * s3
+    t5 = 0.4318 * t4
+    t6 = s3 * t0
+    t7 = 0.4318 * t6
+    t8 = s3 * t2
+    t9 = 0.4318 * t8
+    t10 = c3 * t1
+    t11 = 0.4318 * t10
+    t12 = t7 + t11
+    t13 = qd[1] * c3
+    t14 = 0.4318 * t13
+    t15 = c3 * t3
+    t16 = 0.4318 * t15
+    t17 = t9 - t16
+    t18 = qd[2] * t14
+    t19 = qd[2] * t5
+    t20 = qd[2] * t1
+    t21 = t2 + t20
+    t22 = qd[2] * t0
+    t23 = t3 + t22
+    t24 = qd[1] + qd[2]
+    t25 = t1 * 0.15005
+    t26 = t25 - t5
+    t27 = t1 * 0.0203
+    t28 = t12 + t27
+    t29 = qd[3] - t1
+    t30 = t0 * 0.15005
+    t31 = t14 + t30
+    t32 = t24 * 0.0203
+    t33 = t32 + t31
+
+    # shoulder and elbow: linear part
+    t34 = t23 * 0.15005
+    t35 = t18 + t34
+    t36 = t23 * 0.0203
+    t37 = t36 - t17
+    t38 = t21 * 0.15005
+    t39 = t38 - t19
+
+    # forearm: linear part
+    t40 = s4 * t28
+    t41 = c4 * t28
+    t42 = c4 * t26
+    t43 = t40 + t42
+    t44 = s4 * t26
+    t45 = t44 - t41
+
+    # forearm: linear part and angular part
+    t46 = s4 * t24
+    t47 = c4 * t24
+    t48 = c4 * t0
+    t49 = t46 + t48
+    t50 = s4 * t0
+    t51 = t50 - t47
+    t52 = s4 * t37
+    t53 = c4 * t37
+    t54 = c4 * t35
+    t55 = t52 + t54
+    t56 = s4 * t35
+    t57 = t56 - t53
+    t58 = c4 * t21
+    t59 = s4 * t21
+    t60 = qd[3] * t45
+    t61 = t55 + t60
+    t62 = qd[3] * t43
+    t63 = t62 - t57
+    t64 = qd[3] * t51
+    t65 = t64 - t58
+    t66 = qd[3] * t49
+    t67 = t59 + t66
+    t68 = 0.4318 * t51
+    t69 = t43 - t68
+    t70 = t51 - qd[4]
+    t71 = 0.4318 * t49
+    t72 = t45 + t71
+    t73 = 0.4318 * t67
+    t74 = t61 + t73
+    t75 = 0.4318 * t65
+    t76 = t63 - t75
+
+    # wrist_bend: linear part
+    t77 = c5 * t69
+    t78 = s5 * t69
+    t79 = s5 * t33
+    t80 = t79 - t77
+    t81 = c5 * t33
+    t82 = t78 + t81
+    t83 = qd[4] * t82
+
+    # wrist_bend: angular part
+    t84 = s5 * t29
+    t85 = c5 * t29
+    t86 = c5 * t49
+    t87 = t86 - t84
+    t88 = s5 * t49
+    t89 = t88 + t85
+    t90 = qd[4] * t89
+
+    # wrist_bend: linear part
+    t91 = s5 * t39
+    t92 = c5 * t39
+    t93 = c5 * t74
+    t94 = t91 + t93
+    t95 = t94 + t83
+    t96 = s5 * t74
+    t97 = t92 - t96
+
+    # wrist_bend: linear part and angular part
+    t98 = s5 * t23
+    t99 = s5 * t65
+    t100 = c5 * t65
+    t101 = t98 + t100
+    t102 = c5 * t23
+    t103 = t102 - t99
+    t104 = t101 + t90
+    t105 = qd[4] * t80
+    t106 = t97 - t105
+    t107 = qd[4] * t87
+    t108 = t103 + t107
+
+    # flange: linear part
+    t109 = s6 * t72
+    t110 = c6 * t72
+    t111 = c6 * t80
+    t112 = t109 + t111
+    t113 = s6 * t80
+    t114 = t110 - t113
+    t115 = qd[5] * t114
+    t116 = qd[5] * t112
+
+    # flange: angular part
+    t117 = s6 * t70
+    t118 = c6 * t70
+    t119 = c6 * t87
+    t120 = t119 - t117
+    t121 = s6 * t87
+    t122 = t121 + t118
+    t123 = qd[5] * t122
+    t124 = qd[5] * t120
+
+    # flange: linear part
+    t125 = s6 * t76
+    t126 = c6 * t76
+    t127 = c6 * t95
+    t128 = t125 + t127
+    t129 = t128 + t115
+    t130 = s6 * t95
+    t131 = t126 - t130
+    t132 = t131 - t116
+
+    # flange: angular part
+    t133 = s6 * t67
+    t134 = s6 * t104
+    t135 = c6 * t104
+    t136 = t133 + t135
+    t137 = t136 + t123
+    t138 = c6 * t67
+    t139 = t138 - t134
+    t140 = t139 + t124
+    return (
+        t129,
+        t132,
+        t106,
+        t137,
+        t140,
+        t108,
+    )
+
+
+def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool without joint acceleration (dJ/dt qd).
+
+    Linear, then angular, at the origin of the base in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # wrist_bend: linear part and angular part
+    t0 = qd[5] * s5
+    t1 = qd[5] * c5
+    t2 = qd[4] * t1
+    t3 = qd[3] + t1
+    t4 = qd[4] * t0
+    t5 = qd[4] * 0.4318
+    t6 = t0 * 0.4318
+    t7 = t2 * 0.4318
+
+    # forearm: linear part
+    t8 = s4 * t6
+    t9 = c4 * t6
+    t10 = c4 * t5
+    t11 = t8 + t10
+    t12 = s4 * t5
+    t13 = t12 - t9
+
+    # forearm: linear part and angular part
+    t14 = qd[4] * s4
+    t15 = c4 * t0
+    t16 = t15 - t14
+    t17 = s4 * t0
+    t18 = qd[4] * c4
+    t19 = t18 + t17
+    t20 = s4 * t7
+    t21 = c4 * t7
+    t22 = c4 * t2
+    t23 = s4 * t2
+    t24 = qd[3] * t13
+    t25 = t24 - t20
+    t26 = qd[3] * t11
+    t27 = t26 - t21
+    t28 = qd[3] * t19
+    t29 = t28 - t22
+    t30 = qd[3] * t16
+    t31 = t23 + t30
+
+    # forearm and wrist_bend: linear part and angular part
+    t32 = t3 * 0.15005
+    t33 = t32 - t11
+    t34 = t3 * 0.0203
+    t35 = t34 - t13
+    t36 = t16 * 0.15005
+    t37 = t19 * 0.0203
+    t38 = t36 + t37
+    t39 = qd[2] + t19
+    t40 = t4 * 0.15005
+    t41 = t25 - t40
+    t42 = t4 * 0.0203
+    t43 = t27 + t42
+    t44 = t29 * 0.15005
+    t45 = t31 * 0.0203
+    t46 = t44 - t45
+
+    # shoulder and elbow: linear part
+    t47 = s23 * t38
+    t48 = c23 * t38
+    t49 = c23 * t33
+    t50 = t49 - t47
+    t51 = s23 * t33
+    t52 = t51 + t48
+
+    # shoulder and elbow: linear part and angular part
+    t53 = s23 * t3
+    t54 = c23 * t3
+    t55 = c23 * t16
+    t56 = t53 + t55
+    t57 = s23 * t16
+    t58 = t54 - t57
+
+    # shoulder and elbow: linear part
+    t59 = s23 * t46
+    t60 = c23 * t46
+    t61 = c23 * t41
+    t62 = t59 + t61
+    t63 = s23 * t41
+    t64 = t63 - t60
+
+    # shoulder and elbow: linear part and angular part
+    t65 = s23 * t4
+    t66 = c23 * t4
+    t67 = c23 * t29
+    t68 = t65 + t67
+    t69 = s23 * t29
+    t70 = t69 - t66
+    t71 = qd[2] * t52
+    t72 = t71 - t62
+    t73 = qd[2] * t50
+    t74 = t64 + t73
+    t75 = qd[2] * t58
+    t76 = t75 - t68
+    t77 = qd[2] * t56
+    t78 = t77 - t70
+    t79 = s2 * t39
+    t80 = 0.4318 * t79
+    t81 = t50 - t80
+    t82 = s2 * t56
+    t83 = 0.4318 * t82
+    t84 = t35 + t83
+    t85 = c2 * t58
+    t86 = 0.4318 * t85
+    t87 = t86 + t84
+    t88 = qd[1] * t58
+    t89 = t76 + t88
+
+    # shoulder and forearm: linear part and angular part
+    t90 = s2 * t76
+    t91 = s2 * t31
+    t92 = 0.4318 * t91
+    t93 = t72 + t92
+    t94 = 0.4318 * t90
+    t95 = t43 - t94
+    t96 = c2 * t39
+    t97 = 0.4318 * t96
+    t98 = t52 + t97
+    t99 = qd[1] * t98
+    t100 = t93 + t99
+    t101 = qd[1] + t39
+
+    # shoulder and elbow: linear part and angular part
+    t102 = c2 * t78
+    t103 = 0.4318 * t102
+    t104 = t103 + t95
+    t105 = c2 * t31
+    t106 = 0.4318 * t105
+    t107 = t74 + t106
+    t108 = qd[1] * t81
+    t109 = t107 + t108
+    t110 = qd[1] * t56
+    t111 = t78 + t110
+
+    # waist: linear part
+    t112 = s1 * t87
+    t113 = c1 * t87
+    t114 = c1 * t81
+    t115 = t112 + t114
+    t116 = s1 * t81
+    t117 = t116 - t113
+    t118 = qd[0] * t117
+    t119 = qd[0] * t115
+
+    # waist: angular part
+    t120 = s1 * t101
+    t121 = c1 * t101
+    t122 = c1 * t56
+    t123 = t120 + t122
+    t124 = s1 * t56
+    t125 = t124 - t121
+    t126 = qd[0] * t125
+    t127 = qd[0] * t123
+
+    # waist: linear part
+    t128 = s1 * t104
+    t129 = c1 * t104
+    t130 = c1 * t100
+    t131 = t128 + t130
+    t132 = t131 + t118
+    t133 = s1 * t100
+    t134 = t133 - t129
+    t135 = t134 - t119
+
+    # waist: angular part
+    t136 = s1 * t31
+    t137 = s1 * t89
+    t138 = c1 * t89
+    t139 = t136 + t138
+    t140 = t126 - t139
+    t141 = c1 * t31
+    t142 = t141 - t137
+    t143 = t142 - t127
+    return (
+        t132,
+        t135,
+        t109,
+        t140,
+        t143,
+        t111,
+    )
+
+
+def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool (J qdd + dJ/dt qd).
+
+    Linear, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+        qdd: Joint accelerations, per second squared (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # shoulder and wrist_bend: linear part and angular part
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = qd[5] * s5
+    t3 = qdd[5] * s5
+    t4 = qd[5] * c5
+    t5 = qdd[5] * c5
+    t6 = qd[4] * t4
+    t7 = t3 + t6
+    t8 = qd[3] + t4
+    t9 = qd[4] * t2
+    t10 = t9 - t5
+    t11 = qdd[3] - t10
+
+    # forearm: angular part
+    t12 = qd[4] * s4
+    t13 = c4 * t2
+    t14 = t13 - t12
+    t15 = s4 * t2
+    t16 = qd[4] * c4
+    t17 = t16 + t15
+    t18 = qdd[4] * s4
+    t19 = s4 * t7
+    t20 = c4 * t7
+    t21 = t20 - t18
+    t22 = qdd[4] * c4
+    t23 = t22 + t19
+    t24 = qd[3] * t17
+    t25 = t24 - t21
+    t26 = qd[2] + t17
+    t27 = qd[1] + t26
+    t28 = qd[3] * t14
+    t29 = t23 + t28
+    t30 = qdd[2] + t29
+    t31 = qdd[1] + t30
+
+    # shoulder and elbow: linear part
+    t32 = s23 * 0.4318
+    t33 = c23 * 0.0203
+    t34 = t32 - t33
+    t35 = t34 - t0
+    t36 = s23 * 0.0203
+    t37 = c23 * 0.4318
+    t38 = t36 + t37
+    t39 = t38 + t1
+
+    # shoulder and elbow: angular part
+    t40 = s23 * t8
+    t41 = c23 * t8
+    t42 = c23 * t14
+    t43 = t40 + t42
+    t44 = s23 * t14
+    t45 = t41 - t44
+    t46 = s23 * t11
+    t47 = s23 * t25
+    t48 = c23 * t25
+    t49 = t48 - t46
+    t50 = c23 * t11
+    t51 = t47 + t50
+
+    # shoulder and elbow: linear part
+    t52 = qd[2] * t38
+    t53 = qdd[2] * t38
+    t54 = qd[2] * t34
+    t55 = qdd[2] * t34
+    t56 = qd[2] * t54
+    t57 = t56 - t53
+    t58 = qd[2] * t52
+    t59 = t58 + t55
+
+    # shoulder and elbow: angular part
+    t60 = qd[2] * t45
+    t61 = t60 - t49
+    t62 = qd[1] * t45
+    t63 = t61 + t62
+    t64 = qd[2] * t43
+    t65 = t64 - t51
+
+    # shoulder and elbow: linear part and angular part
+    t66 = qd[1] * t39
+    t67 = t52 + t66
+    t68 = t52 + t67
+    t69 = qdd[1] * t39
+    t70 = t57 - t69
+    t71 = qd[1] * t68
+    t72 = t59 + t71
+    t73 = qd[1] * t35
+    t74 = t54 + t73
+    t75 = t54 + t74
+    t76 = qd[1] * t75
+    t77 = t76 + t70
+    t78 = qdd[1] * t35
+    t79 = t78 + t72
+    t80 = qd[1] * t43
+    t81 = t65 + t80
+    t82 = qdd[0] + t81
+
+    # waist: linear part
+    t83 = s1 * 0.15005
+    t84 = c1 * t35
+    t85 = t83 + t84
+    t86 = s1 * t35
+    t87 = c1 * 0.15005
+    t88 = t86 - t87
+    t89 = c1 * t67
+    t90 = s1 * t67
+
+    # waist: linear part and angular part
+    t91 = s1 * t27
+    t92 = c1 * t27
+    t93 = c1 * t43
+    t94 = t91 + t93
+    t95 = s1 * t43
+    t96 = t95 - t92
+    t97 = qd[0] * t96
+    t98 = qd[0] * t94
+    t99 = c1 * t77
+    t100 = s1 * t77
+
+    # waist: angular part
+    t101 = s1 * t31
+    t102 = c1 * t31
+    t103 = c1 * t63
+    t104 = t101 + t103
+    t105 = t97 - t104
+    t106 = s1 * t63
+    t107 = t102 - t106
+    t108 = t107 - t98
+
+    # waist: linear part
+    t109 = qd[0] * t88
+    t110 = t109 - t89
+    t111 = t89 - t110
+    t112 = qdd[0] * t88
+    t113 = qd[0] * t111
+    t114 = t100 - t113
+    t115 = qd[0] * t85
+    t116 = t90 + t115
+    t117 = t90 + t116
+    t118 = qd[0] * t117
+    t119 = t99 + t118
+    t120 = t112 + t119
+    t121 = qdd[0] * t85
+    t122 = t114 - t121
+    return (
+        t120,
+        t122,
+        t79,
+        t105,
+        t108,
+        t82,
+    )
+
+
+def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+        qdd: Joint accelerations, per second squared (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s23, c23 = _sincos(q23)
+    s3, c3 = _sincos(q[2])
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # shoulder and elbow: linear part and angular part
+    t0 = qd[0] * s23
+    t1 = qdd[0] * s23
+    t2 = qd[0] * c23
+    t3 = qdd[0] * c23
+    t4 = qd[1] * t2
+    t5 = t1 + t4
+    t6 = qd[1] * t0
+    t7 = t6 - t3
+
+    # elbow: linear part
+    t8 = qd[1] * s3
+    t9 = 0.4318 * t8
+    t10 = s3 * t0
+    t11 = 0.4318 * t10
+    t12 = c3 * t2
+    t13 = 0.4318 * t12
+    t14 = t11 + t13
+    t15 = qd[1] * c3
+    t16 = 0.4318 * t15
+    t17 = qdd[1] * s3
+    t18 = 0.4318 * t17
+    t19 = s3 * t5
+    t20 = 0.4318 * t19
+    t21 = c3 * t7
+    t22 = 0.4318 * t21
+    t23 = t20 - t22
+    t24 = qdd[1] * c3
+    t25 = 0.4318 * t24
+    t26 = qd[2] * t16
+    t27 = t18 + t26
+    t28 = qd[2] * t9
+    t29 = t28 - t25
+
+    # shoulder and elbow: linear part and angular part
+    t30 = qd[2] * t2
+    t31 = t5 + t30
+    t32 = qdd[1] + qdd[2]
+    t33 = qd[2] * t0
+    t34 = t7 + t33
+    t35 = qd[1] + qd[2]
+    t36 = t2 * 0.15005
+    t37 = t36 - t9
+    t38 = t2 * 0.0203
+    t39 = t14 + t38
+    t40 = qd[3] - t2
+    t41 = t0 * 0.15005
+    t42 = t16 + t41
+    t43 = t35 * 0.0203
+    t44 = t43 + t42
+    t45 = t34 * 0.15005
+    t46 = t27 + t45
+    t47 = t34 * 0.0203
+    t48 = t23 - t47
+
+    # shoulder, elbow and forearm: linear part and angular part
+    t49 = qdd[3] + t34
+    t50 = t31 * 0.15005
+    t51 = t50 - t29
+    t52 = t32 * 0.0203
+    t53 = t52 + t51
+    t54 = s4 * t39
+    t55 = c4 * t39
+    t56 = c4 * t37
+    t57 = t54 + t56
+    t58 = s4 * t37
+    t59 = t58 - t55
+
+    # forearm: linear part and angular part
+    t60 = s4 * t35
+    t61 = c4 * t35
+    t62 = c4 * t0
+    t63 = t60 + t62
+    t64 = s4 * t0
+    t65 = t64 - t61
+
+    # forearm: linear part
+    t66 = s4 * t48
+    t67 = c4 * t48
+    t68 = c4 * t46
+    t69 = t68 - t66
+    t70 = s4 * t46
+    t71 = t70 + t67
+
+    # forearm: linear part and angular part
+    t72 = s4 * t32
+    t73 = c4 * t32
+    t74 = c4 * t31
+    t75 = t72 + t74
+    t76 = s4 * t31
+    t77 = t76 - t73
+    t78 = qd[3] * t59
+    t79 = t69 + t78
+    t80 = qd[3] * t57
+    t81 = t80 - t71
+    t82 = qd[3] * t65
+    t83 = t82 - t75
+    t84 = qd[3] * t63
+    t85 = t77 + t84
+    t86 = 0.4318 * t65
+    t87 = t57 - t86
+    t88 = t65 - qd[4]
+    t89 = 0.4318 * t63
+    t90 = t59 + t89
+    t91 = 0.4318 * t85
+    t92 = t79 + t91
+
+    # forearm and wrist_bend: linear part and angular part
+    t93 = t85 - qdd[4]
+    t94 = 0.4318 * t83
+    t95 = t81 - t94
+    t96 = c5 * t87
+    t97 = s5 * t87
+    t98 = s5 * t44
+    t99 = t98 - t96
+    t100 = c5 * t44
+    t101 = t97 + t100
+    t102 = qd[4] * t101
+
+    # wrist_bend: angular part
+    t103 = s5 * t40
+    t104 = c5 * t40
+    t105 = c5 * t63
+    t106 = t105 - t103
+    t107 = s5 * t63
+    t108 = t107 + t104
+    t109 = qd[4] * t108
+
+    # wrist_bend: linear part
+    t110 = s5 * t53
+    t111 = c5 * t53
+    t112 = c5 * t92
+    t113 = t110 + t112
+    t114 = t113 + t102
+    t115 = s5 * t92
+    t116 = t111 - t115
+
+    # wrist_bend: linear part and angular part
+    t117 = s5 * t49
+    t118 = c5 * t49
+    t119 = c5 * t83
+    t120 = t117 + t119
+    t121 = s5 * t83
+    t122 = t121 - t118
+    t123 = t120 + t109
+    t124 = qd[4] * t99
+    t125 = t116 - t124
+    t126 = qd[4] * t106
+    t127 = t126 - t122
+    t128 = qdd[5] + t127
+
+    # flange: linear part
+    t129 = s6 * t90
+    t130 = c6 * t90
+    t131 = c6 * t99
+    t132 = t129 + t131
+    t133 = s6 * t99
+    t134 = t130 - t133
+    t135 = qd[5] * t134
+    t136 = qd[5] * t132
+
+    # flange: angular part
+    t137 = s6 * t88
+    t138 = c6 * t88
+    t139 = c6 * t106
+    t140 = t139 - t137
+    t141 = s6 * t106
+    t142 = t141 + t138
+    t143 = qd[5] * t142
+    t144 = qd[5] * t140
+
+    # flange: linear part
+    t145 = s6 * t95
+    t146 = c6 * t95
+    t147 = c6 * t114
+    t148 = t145 + t147
+    t149 = t148 + t135
+    t150 = s6 * t114
+    t151 = t146 - t150
+    t152 = t151 - t136
+
+    # flange: angular part
+    t153 = s6 * t93
+    t154 = c6 * t93
+    t155 = c6 * t123
+    t156 = t153 + t155
+    t157 = t156 + t143
+    t158 = s6 * t123
+    t159 = t158 - t154
+    t160 = t144 - t159
+    return (
+        t149,
+        t152,
+        t125,
+        t157,
+        t160,
+        t128,
+    )
+
+
+def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ...]:
+    """Acceleration of the tool (J qdd + dJ/dt qd).
+
+    Linear, then angular, at the origin of the base in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+        qd: Joint velocities, per second (6, N).
+        qdd: Joint accelerations, per second squared (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # wrist_bend: linear part and angular part
+    t0 = qd[5] * s5
+    t1 = qdd[5] * s5
+    t2 = qd[5] * c5
+    t3 = qdd[5] * c5
+    t4 = qd[4] * t2
+    t5 = t1 + t4
+    t6 = qd[3] + t2
+    t7 = qd[4] * t0
+    t8 = t7 - t3
+    t9 = qdd[3] - t8
+    t10 = qd[4] * 0.4318
+    t11 = t0 * 0.4318
+    t12 = qdd[4] * 0.4318
+    t13 = t5 * 0.4318
+
+    # forearm: linear part
+    t14 = s4 * t11
+    t15 = c4 * t11
+    t16 = c4 * t10
+    t17 = t14 + t16
+    t18 = s4 * t10
+    t19 = t18 - t15
+
+    # forearm: linear part and angular part
+    t20 = qd[4] * s4
+    t21 = c4 * t0
+    t22 = t21 - t20
+    t23 = s4 * t0
+    t24 = qd[4] * c4
+    t25 = t24 + t23
+
+    # forearm: linear part
+    t26 = s4 * t13
+    t27 = c4 * t13
+    t28 = c4 * t12
+    t29 = t26 + t28
+    t30 = s4 * t12
+    t31 = t30 - t27
+
+    # forearm and wrist_bend: linear part and angular part
+    t32 = qdd[4] * s4
+    t33 = s4 * t5
+    t34 = c4 * t5
+    t35 = t34 - t32
+    t36 = qdd[4] * c4
+    t37 = t36 + t33
+    t38 = qd[3] * t19
+    t39 = t38 - t29
+    t40 = qd[3] * t17
+    t41 = t31 + t40
+    t42 = qd[3] * t25
+    t43 = t42 - t35
+    t44 = qd[3] * t22
+    t45 = t37 + t44
+    t46 = t6 * 0.15005
+    t47 = t17 - t46
+    t48 = t6 * 0.0203
+    t49 = t19 - t48
+    t50 = t22 * 0.15005
+    t51 = t25 * 0.0203
+    t52 = t50 + t51
+    t53 = qd[2] + t25
+    t54 = t9 * 0.15005
+    t55 = t39 + t54
+    t56 = t9 * 0.0203
+    t57 = t41 - t56
+    t58 = t43 * 0.15005
+    t59 = t45 * 0.0203
+    t60 = t58 - t59
+    t61 = qdd[2] + t45
+
+    # shoulder and elbow: linear part
+    t62 = s23 * t52
+    t63 = c23 * t52
+    t64 = c23 * t47
+    t65 = t62 + t64
+    t66 = s23 * t47
+    t67 = t66 - t63
+
+    # shoulder and elbow: linear part and angular part
+    t68 = s23 * t6
+    t69 = c23 * t6
+    t70 = c23 * t22
+    t71 = t68 + t70
+    t72 = s23 * t22
+    t73 = t72 - t69
+
+    # shoulder and elbow: linear part
+    t74 = s23 * t60
+    t75 = c23 * t60
+    t76 = c23 * t55
+    t77 = t74 + t76
+    t78 = s23 * t55
+    t79 = t78 - t75
+
+    # shoulder and elbow: linear part and angular part
+    t80 = s23 * t9
+    t81 = s23 * t43
+    t82 = c23 * t43
+    t83 = t82 - t80
+    t84 = c23 * t9
+    t85 = t81 + t84
+    t86 = qd[2] * t67
+    t87 = t77 + t86
+    t88 = qd[2] * t65
+    t89 = t88 - t79
+    t90 = qd[2] * t73
+    t91 = t83 + t90
+    t92 = qd[2] * t71
+    t93 = t92 - t85
+    t94 = s2 * t53
+    t95 = 0.4318 * t94
+    t96 = t65 + t95
+    t97 = s2 * t71
+    t98 = 0.4318 * t97
+    t99 = t49 - t98
+    t100 = c2 * t73
+    t101 = 0.4318 * t100
+    t102 = t101 + t99
+    t103 = qd[1] * t73
+    t104 = t91 + t103
+
+    # shoulder and forearm: linear part and angular part
+    t105 = s2 * t91
+    t106 = s2 * t61
+    t107 = 0.4318 * t106
+    t108 = t87 - t107
+    t109 = 0.4318 * t105
+    t110 = t57 + t109
+    t111 = c2 * t53
+    t112 = 0.4318 * t111
+    t113 = t67 - t112
+    t114 = qd[1] * t113
+    t115 = t108 + t114
+    t116 = qd[1] + t53
+
+    # shoulder, elbow and forearm: linear part and angular part
+    t117 = c2 * t93
+    t118 = 0.4318 * t117
+    t119 = t118 + t110
+    t120 = c2 * t61
+    t121 = 0.4318 * t120
+    t122 = t121 - t89
+    t123 = qdd[1] + t61
+    t124 = qd[1] * t96
+    t125 = t122 - t124
+    t126 = qd[1] * t71
+    t127 = t93 + t126
+    t128 = qdd[0] + t127
+
+    # waist: linear part
+    t129 = s1 * t102
+    t130 = c1 * t102
+    t131 = c1 * t96
+    t132 = t129 + t131
+    t133 = s1 * t96
+    t134 = t133 - t130
+    t135 = qd[0] * t134
+    t136 = qd[0] * t132
+
+    # waist: angular part
+    t137 = s1 * t116
+    t138 = c1 * t116
+    t139 = c1 * t71
+    t140 = t137 + t139
+    t141 = s1 * t71
+    t142 = t141 - t138
+    t143 = qd[0] * t142
+    t144 = qd[0] * t140
+
+    # waist: linear part
+    t145 = c1 * t115
+    t146 = s1 * t115
+    t147 = s1 * t119
+    t148 = t147 - t145
+    t149 = t148 - t135
+    t150 = c1 * t119
+    t151 = t146 + t150
+    t152 = t136 - t151
+
+    # waist: angular part
+    t153 = s1 * t123
+    t154 = s1 * t104
+    t155 = c1 * t104
+    t156 = t155 - t153
+    t157 = t156 + t143
+    t158 = c1 * t123
+    t159 = t154 + t158
+    t160 = t159 - t144
+    return (
+        t149,
+        t152,
+        t125,
+        t157,
+        t160,
+        t128,
+    )
+
+
+def hessian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k].
+
+    Rows linear velocity, then angular.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t0 = c2 * 0.4318
+    t1 = s2 * 0.4318
+    t2 = -c1
+    t3 = -s1
+    t4 = c1 * s23
+    t5 = -t4
+    t6 = s1 * s23
+    t7 = s23 * s4
+
+    # waist, shoulder and elbow: linear part
+    t8 = s23 * 0.4318
+    t9 = c23 * 0.0203
+    t10 = t8 - t9
+    t11 = t10 - t0
+    t12 = c1 * t10
+    t13 = s1 * t10
+
+    # shoulder and elbow: linear part
+    t14 = s23 * 0.0203
+    t15 = c23 * 0.4318
+    t16 = t14 + t15
+    t17 = t16 + t1
+
+    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t18 = s1 * 0.15005
+    t19 = c1 * t11
+    t20 = t18 + t19
+    t21 = s1 * t11
+    t22 = c1 * 0.15005
+    t23 = t21 - t22
+    t24 = c23 * s4
+    t25 = s4 * s5
+    t26 = c4 * s5
+    t27 = s1 * c4
+    t28 = c1 * c4
+
+    # waist, shoulder, elbow and wrist_bend: linear part and angular part
+    t29 = c1 * t24
+    t30 = t29 - t27
+    t31 = s1 * t24
+    t32 = t31 + t28
+    t33 = -t32
+    t34 = c23 * c5
+    t35 = s23 * c5
+
+    # waist, shoulder and elbow: linear part and angular part
+    t36 = s23 * t26
+    t37 = t36 - t34
+    t38 = c23 * t26
+    t39 = t35 + t38
+    t40 = c1 * t37
+    t41 = s1 * t37
+
+    # waist: linear part and angular part
+    t42 = s1 * t25
+    t43 = c1 * t25
+    t44 = c1 * t39
+    t45 = t42 + t44
+    t46 = s1 * t39
+    t47 = t46 - t43
+
+    # waist: linear part
+    t48 = -t45
+    t49 = c1 * t17
+    t50 = s1 * t17
+    t51 = s1 * t50
+    t52 = -t49
+    t53 = c1 * t49
+    t54 = t51 + t53
+    t55 = c1 * t16
+    t56 = s1 * t16
+    t57 = s1 * t56
+    t58 = -t55
+    t59 = c1 * t55
+    t60 = t57 + t59
+
+    # waist, shoulder and elbow: linear part
+    t61 = c1 * c23
+    t62 = -t61
+    t63 = s1 * c23
+    t64 = -t63
+
+    # waist: linear part
+    t65 = s1 * t6
+    t66 = c1 * t4
+    t67 = t65 + t66
+    t68 = c1 * t7
+    t69 = -t68
+    t70 = s1 * t7
+    t71 = -t70
+    t72 = s1 * t32
+    t73 = s1 * t47
+    t74 = c1 * t30
+    t75 = t72 + t74
+    t76 = -t75
+    t77 = c1 * t45
+    t78 = t73 + t77
+
+    # waist, shoulder, elbow and forearm: angular part
+    t79 = c23 * t32
+    t80 = t6 * t7
+    t81 = t79 + t80
+    t82 = c23 * t30
+    t83 = t4 * t7
+    t84 = t82 + t83
+    t85 = -t84
+    t86 = t6 * t30
+    t87 = t4 * t32
+    t88 = t86 - t87
+
+    # waist, shoulder and elbow: angular part
+    t89 = c23 * t47
+    t90 = c23 * t45
+    t91 = t6 * t37
+    t92 = t89 + t91
+    t93 = -t92
+    t94 = t6 * t45
+    t95 = t4 * t37
+    t96 = t90 + t95
+
+    # waist: angular part
+    t97 = t4 * t47
+    t98 = t97 - t94
+    t99 = t7 * t47
+    t100 = t7 * t45
+    t101 = t30 * t47
+
+    # waist, shoulder and elbow: angular part
+    t102 = t30 * t37
+    t103 = t100 - t102
+    t104 = t32 * t37
+    t105 = t104 - t99
+    t106 = t32 * t45
+    t107 = t106 - t101
+    return (
+        t20,
+        t50,
+        t56,
+        0.0,
+        0.0,
+        0.0,
+        t23,
+        t52,
+        t58,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t2,
+        t2,
+        t6,
+        t33,
+        t47,
+        0.0,
+        t3,
+        t3,
+        t5,
+        t30,
+        t48,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t50,
+        t19,
+        t12,
+        0.0,
+        0.0,
+        0.0,
+        t52,
+        t21,
+        t13,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t54,
+        t60,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t62,
+        t69,
+        t40,
+        0.0,
+        0.0,
+        0.0,
+        t64,
+        t71,
+        t41,
+        0.0,
+        0.0,
+        0.0,
+        t67,
+        t76,
+        t78,
+        t56,
+        t12,
+        t12,
+        0.0,
+        0.0,
+        0.0,
+        t58,
+        t13,
+        t13,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t60,
+        t60,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t62,
+        t69,
+        t40,
+        0.0,
+        0.0,
+        0.0,
+        t64,
+        t71,
+        t41,
+        0.0,
+        0.0,
+        0.0,
+        t67,
+        t76,
+        t78,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t81,
+        t93,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t85,
+        t96,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t88,
+        t98,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t105,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t103,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t107,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as a unit quaternion w, x, y, z with w >= 0.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: quaternion_wxyz
+    t0 = c5 * c6
+    t1 = s5 * c6
+    t2 = s4 * s6
+    t3 = c4 * s6
+
+    # forearm and wrist_bend: quaternion_wxyz
+    t4 = c4 * t0
+    t5 = t4 - t2
+    t6 = s4 * t0
+    t7 = t6 + t3
+    t8 = c4 * s5
+    t9 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: quaternion_wxyz
+    t10 = c23 * t5
+    t11 = s23 * t5
+    t12 = s23 * t1
+    t13 = t12 - t10
+    t14 = c23 * t1
+    t15 = t11 + t14
+    t16 = s23 * c5
+    t17 = c23 * c5
+
+    # shoulder and elbow: quaternion_wxyz
+    t18 = c23 * t8
+    t19 = t16 + t18
+    t20 = s23 * t8
+    t21 = t20 - t17
+
+    # waist: quaternion_wxyz
+    t22 = c1 * t13
+    t23 = s1 * t13
+    t24 = s1 * t7
+    t25 = t24 - t22
+    t26 = c1 * t7
+    t27 = t23 + t26
+    t28 = s1 * t9
+    t29 = s1 * t19
+    t30 = c1 * t19
+    t31 = t28 + t30
+    t32 = c1 * t9
+    t33 = t32 - t29
+    t34 = t15 * t33
+    t35 = t21 * t27
+    t36 = t34 - t35
+    t37 = t15 * t31
+    t38 = t21 * t25
+    t39 = t38 - t37
+    t40 = t27 * t31
+    t41 = t25 * t33
+    t42 = t41 - t40
+    t43 = t25 - t39
+    t44 = t25 + t39
+    t45 = np.where(t21 < 0.0, t43, t44)
+
+    # waist, shoulder and elbow: quaternion_wxyz
+    t46 = -t21
+    t47 = np.where(t21 < 0.0, t46, t21)
+    t48 = -t45
+    t49 = np.where(t45 < 0.0, t48, t45)
+    t50 = t47 + t49
+    t51 = 1.0 + t50
+    t52 = t33 + t42
+    t53 = t33 - t42
+    t54 = t31 - t15
+    t55 = t15 + t31
+    t56 = t36 - t27
+    t57 = t27 + t36
+    t58 = -t57
+    t59 = np.where(t45 < 0.0, t54, t52)
+    t60 = -t59
+    t61 = np.where(t45 < 0.0, t55, t52)
+    t62 = -t61
+    t63 = -t54
+    t64 = np.where(t45 < 0.0, t53, t63)
+    t65 = -t55
+    t66 = np.where(t45 < 0.0, t53, t65)
+    t67 = np.where(t45 < 0.0, t56, t51)
+    t68 = np.where(t21 < 0.0, t60, t67)
+    t69 = np.where(t45 < 0.0, t51, t56)
+    t70 = np.where(t21 < 0.0, t66, t69)
+    t71 = np.where(t45 < 0.0, t58, t51)
+    t72 = np.where(t21 < 0.0, t71, t62)
+    t73 = np.where(t45 < 0.0, t51, t58)
+    t74 = np.where(t21 < 0.0, t73, t64)
+
+    # Square roots and arc tangents
+    t75 = _sqrt(t51)
+
+    # waist: quaternion_wxyz
+    t76 = 1.0 / t75
+    t77 = t76 * 0.5
+    t78 = -t77
+    t79 = np.where(t74 < 0.0, t78, t77)
+    t80 = np.where(t72 > 0.0, t77, t79)
+    t81 = np.where(t72 < 0.0, t78, t80)
+    t82 = np.where(t68 > 0.0, t77, t81)
+    t83 = np.where(t68 < 0.0, t78, t82)
+    t84 = t68 * t83
+    t85 = t72 * t83
+    t86 = t74 * t83
+    t87 = t70 * t83
+    return (
+        t84,
+        t85,
+        t86,
+        t87,
+    )
+
+
+def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as a unit quaternion x, y, z, w with w >= 0.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: quaternion_xyzw
+    t0 = c5 * c6
+    t1 = s5 * c6
+    t2 = s4 * s6
+    t3 = c4 * s6
+
+    # forearm and wrist_bend: quaternion_xyzw
+    t4 = c4 * t0
+    t5 = t4 - t2
+    t6 = s4 * t0
+    t7 = t6 + t3
+    t8 = c4 * s5
+    t9 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: quaternion_xyzw
+    t10 = c23 * t5
+    t11 = s23 * t5
+    t12 = s23 * t1
+    t13 = t12 - t10
+    t14 = c23 * t1
+    t15 = t11 + t14
+    t16 = s23 * c5
+    t17 = c23 * c5
+
+    # shoulder and elbow: quaternion_xyzw
+    t18 = c23 * t8
+    t19 = t16 + t18
+    t20 = s23 * t8
+    t21 = t20 - t17
+
+    # waist: quaternion_xyzw
+    t22 = c1 * t13
+    t23 = s1 * t13
+    t24 = s1 * t7
+    t25 = t24 - t22
+    t26 = c1 * t7
+    t27 = t23 + t26
+    t28 = s1 * t9
+    t29 = s1 * t19
+    t30 = c1 * t19
+    t31 = t28 + t30
+    t32 = c1 * t9
+    t33 = t32 - t29
+    t34 = t15 * t33
+    t35 = t21 * t27
+    t36 = t34 - t35
+    t37 = t15 * t31
+    t38 = t21 * t25
+    t39 = t38 - t37
+    t40 = t27 * t31
+    t41 = t25 * t33
+    t42 = t41 - t40
+    t43 = t25 - t39
+    t44 = t25 + t39
+    t45 = np.where(t21 < 0.0, t43, t44)
+
+    # waist, shoulder and elbow: quaternion_xyzw
+    t46 = -t21
+    t47 = np.where(t21 < 0.0, t46, t21)
+    t48 = -t45
+    t49 = np.where(t45 < 0.0, t48, t45)
+    t50 = t47 + t49
+    t51 = 1.0 + t50
+    t52 = t33 + t42
+    t53 = t33 - t42
+    t54 = t31 - t15
+    t55 = t15 + t31
+    t56 = t36 - t27
+    t57 = t27 + t36
+    t58 = -t57
+    t59 = np.where(t45 < 0.0, t54, t52)
+    t60 = -t59
+    t61 = np.where(t45 < 0.0, t55, t52)
+    t62 = -t61
+    t63 = -t54
+    t64 = np.where(t45 < 0.0, t53, t63)
+    t65 = -t55
+    t66 = np.where(t45 < 0.0, t53, t65)
+    t67 = np.where(t45 < 0.0, t56, t51)
+    t68 = np.where(t21 < 0.0, t60, t67)
+    t69 = np.where(t45 < 0.0, t51, t56)
+    t70 = np.where(t21 < 0.0, t66, t69)
+    t71 = np.where(t45 < 0.0, t58, t51)
+    t72 = np.where(t21 < 0.0, t71, t62)
+    t73 = np.where(t45 < 0.0, t51, t58)
+    t74 = np.where(t21 < 0.0, t73, t64)
+
+    # Square roots and arc tangents
+    t75 = _sqrt(t51)
+
+    # waist: quaternion_xyzw
+    t76 = 1.0 / t75
+    t77 = t76 * 0.5
+    t78 = -t77
+    t79 = np.where(t74 < 0.0, t78, t77)
+    t80 = np.where(t72 > 0.0, t77, t79)
+    t81 = np.where(t72 < 0.0, t78, t80)
+    t82 = np.where(t68 > 0.0, t77, t81)
+    t83 = np.where(t68 < 0.0, t78, t82)
+    t84 = t68 * t83
+    t85 = t72 * t83
+    t86 = t74 * t83
+    t87 = t70 * t83
+    return (
+        t85,
+        t86,
+        t87,
+        t84,
+    )
+
+
+def rpy_zyx(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: rpy_zyx
+    t0 = c5 * s6
+    t1 = s5 * s6
+    t2 = s4 * c6
+    t3 = c4 * c6
+
+    # forearm and wrist_bend: rpy_zyx
+    t4 = c4 * t0
+    t5 = t2 + t4
+    t6 = s4 * t0
+    t7 = t6 - t3
+    t8 = c4 * s5
+    t9 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: rpy_zyx
+    t10 = c23 * t5
+    t11 = s23 * t5
+    t12 = s23 * t1
+    t13 = t12 - t10
+    t14 = c23 * t1
+    t15 = t11 + t14
+    t16 = t15 * t15
+    t17 = s23 * c5
+    t18 = c23 * c5
+
+    # shoulder and elbow: rpy_zyx
+    t19 = c23 * t8
+    t20 = t17 + t19
+    t21 = s23 * t8
+    t22 = t21 - t18
+    t23 = t22 * t22
+    t24 = t16 + t23
+
+    # waist: rpy_zyx
+    t25 = c1 * t13
+    t26 = s1 * t13
+    t27 = s1 * t7
+    t28 = t27 - t25
+    t29 = c1 * t7
+    t30 = t26 + t29
+    t31 = s1 * t9
+    t32 = s1 * t20
+    t33 = c1 * t20
+    t34 = t31 + t33
+    t35 = c1 * t9
+    t36 = t35 - t32
+    t37 = t30 * t34
+    t38 = t28 * t36
+    t39 = t38 - t37
+
+    # Square roots and arc tangents
+    t40 = _sqrt(t24)
+
+    # shoulder and elbow: rpy_zyx
+    t41 = np.where(t40 > 0.0, t40, 1.0)
+    t42 = 1.0 / t41
+    t43 = t15 * t42
+    t44 = t22 * t42
+    t45 = np.where(t40 > 0.0, t44, 1.0)
+    t46 = t34 * t43
+    t47 = t36 * t43
+    t48 = t28 * t45
+    t49 = t48 - t46
+    t50 = t30 * t45
+    t51 = t50 - t47
+
+    # Square roots and arc tangents
+    t52 = _atan2(t43, t45)
+    t53 = _atan2(t39, t40)
+    t54 = _atan2(t49, t51)
+    return (
+        t52,
+        t53,
+        t54,
+    )
+
+
+def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw).
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: rpy_xyz
+    t0 = c5 * c6
+    t1 = c5 * s6
+    t2 = s5 * c6
+    t3 = s5 * s6
+    t4 = s4 * s6
+    t5 = c4 * s6
+
+    # forearm and flange: rpy_xyz
+    t6 = c4 * t0
+    t7 = t6 - t4
+    t8 = s4 * t0
+    t9 = t8 + t5
+    t10 = s4 * c6
+    t11 = c4 * c6
+
+    # forearm: rpy_xyz
+    t12 = c4 * t1
+    t13 = t10 + t12
+    t14 = s4 * t1
+    t15 = t14 - t11
+
+    # shoulder and elbow: rpy_xyz
+    t16 = c23 * t7
+    t17 = s23 * t7
+    t18 = s23 * t2
+    t19 = t18 - t16
+    t20 = c23 * t2
+    t21 = t17 + t20
+    t22 = c23 * t13
+    t23 = s23 * t13
+    t24 = s23 * t3
+    t25 = t24 - t22
+    t26 = c23 * t3
+    t27 = t23 + t26
+
+    # waist: rpy_xyz
+    t28 = c1 * t19
+    t29 = s1 * t19
+    t30 = s1 * t9
+    t31 = t30 - t28
+    t32 = c1 * t9
+    t33 = t29 + t32
+    t34 = t27 * t33
+    t35 = t31 * t31
+    t36 = s1 * t15
+    t37 = s1 * t25
+    t38 = c1 * t25
+    t39 = t36 - t38
+    t40 = c1 * t15
+    t41 = t37 + t40
+    t42 = t21 * t41
+    t43 = t42 - t34
+    t44 = t39 * t39
+    t45 = t35 + t44
+
+    # Square roots and arc tangents
+    t46 = _sqrt(t45)
+
+    # waist: rpy_xyz
+    t47 = np.where(t46 > 0.0, t46, 1.0)
+    t48 = 1.0 / t47
+    t49 = t39 * t48
+    t50 = t31 * t48
+    t51 = np.where(t46 > 0.0, t50, 1.0)
+    t52 = t21 * t49
+    t53 = t33 * t49
+    t54 = t27 * t51
+    t55 = t54 - t52
+    t56 = t41 * t51
+    t57 = t56 - t53
+
+    # Square roots and arc tangents
+    t58 = _atan2(t55, t57)
+    t59 = _atan2(t43, t46)
+    t60 = _atan2(t49, t51)
+    return (
+        t58,
+        t59,
+        t60,
+    )
+
+
+def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi).
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: euler_zyz
+    t0 = c5 * c6
+    t1 = c5 * s6
+    t2 = s5 * c6
+    t3 = s5 * s6
+    t4 = s4 * s6
+    t5 = c4 * s6
+
+    # forearm and flange: euler_zyz
+    t6 = c4 * t0
+    t7 = t6 - t4
+    t8 = s4 * t0
+    t9 = t8 + t5
+    t10 = s4 * c6
+    t11 = c4 * c6
+
+    # forearm: euler_zyz
+    t12 = c4 * t1
+    t13 = t10 + t12
+    t14 = s4 * t1
+    t15 = t14 - t11
+
+    # shoulder and elbow: euler_zyz
+    t16 = c23 * t7
+    t17 = s23 * t7
+    t18 = s23 * t2
+    t19 = t18 - t16
+    t20 = c23 * t2
+    t21 = t17 + t20
+    t22 = t21 * t21
+    t23 = c23 * t13
+    t24 = s23 * t13
+    t25 = s23 * t3
+    t26 = t25 - t23
+    t27 = c23 * t3
+    t28 = t24 + t27
+    t29 = t28 * t28
+    t30 = t22 + t29
+
+    # waist: euler_zyz
+    t31 = c1 * t19
+    t32 = s1 * t19
+    t33 = s1 * t9
+    t34 = t31 - t33
+    t35 = c1 * t9
+    t36 = t32 + t35
+    t37 = s1 * t15
+    t38 = s1 * t26
+    t39 = c1 * t26
+    t40 = t39 - t37
+    t41 = c1 * t15
+    t42 = t38 + t41
+    t43 = t34 * t42
+    t44 = t36 * t40
+    t45 = t44 - t43
+
+    # Square roots and arc tangents
+    t46 = _sqrt(t30)
+
+    # shoulder and elbow: euler_zyz
+    t47 = np.where(t46 > 0.0, t46, 1.0)
+    t48 = 1.0 / t47
+    t49 = t28 * t48
+    t50 = t21 * t48
+    t51 = np.where(t46 > 0.0, t50, 1.0)
+    t52 = t34 * t49
+    t53 = t36 * t49
+    t54 = t40 * t51
+    t55 = t52 - t54
+    t56 = t42 * t51
+    t57 = t56 - t53
+
+    # Square roots and arc tangents
+    t58 = _atan2(t55, t57)
+    t59 = _atan2(t46, t45)
+    t60 = _atan2(t49, t51)
+    return (
+        t58,
+        t59,
+        t60,
+    )
+
+
+def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
+    """Orientation of the tool as a rotation vector: its axis times the angle in 0 to pi.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # forearm, wrist_bend and flange: axis_angle
+    t0 = c5 * c6
+    t1 = s5 * c6
+    t2 = s4 * s6
+    t3 = c4 * s6
+
+    # forearm and wrist_bend: axis_angle
+    t4 = c4 * t0
+    t5 = t4 - t2
+    t6 = s4 * t0
+    t7 = t6 + t3
+    t8 = c4 * s5
+    t9 = s4 * s5
+
+    # shoulder, elbow and wrist_bend: axis_angle
+    t10 = c23 * t5
+    t11 = s23 * t5
+    t12 = s23 * t1
+    t13 = t12 - t10
+    t14 = c23 * t1
+    t15 = t11 + t14
+    t16 = s23 * c5
+    t17 = c23 * c5
+
+    # shoulder and elbow: axis_angle
+    t18 = c23 * t8
+    t19 = t16 + t18
+    t20 = s23 * t8
+    t21 = t20 - t17
+
+    # waist: axis_angle
+    t22 = c1 * t13
+    t23 = s1 * t13
+    t24 = s1 * t7
+    t25 = t24 - t22
+    t26 = c1 * t7
+    t27 = t23 + t26
+    t28 = s1 * t9
+    t29 = s1 * t19
+    t30 = c1 * t19
+    t31 = t28 + t30
+    t32 = c1 * t9
+    t33 = t32 - t29
+    t34 = t15 * t33
+    t35 = t21 * t27
+    t36 = t34 - t35
+    t37 = t15 * t31
+    t38 = t21 * t25
+    t39 = t38 - t37
+    t40 = t27 * t31
+    t41 = t25 * t33
+    t42 = t41 - t40
+    t43 = t25 - t39
+    t44 = t25 + t39
+    t45 = np.where(t21 < 0.0, t43, t44)
+
+    # waist, shoulder and elbow: axis_angle
+    t46 = -t21
+    t47 = np.where(t21 < 0.0, t46, t21)
+    t48 = -t45
+    t49 = np.where(t45 < 0.0, t48, t45)
+    t50 = t47 + t49
+    t51 = 1.0 + t50
+    t52 = t33 + t42
+    t53 = t33 - t42
+    t54 = t31 - t15
+    t55 = t15 + t31
+    t56 = t36 - t27
+    t57 = t27 + t36
+    t58 = -t57
+    t59 = np.where(t45 < 0.0, t54, t52)
+    t60 = -t59
+    t61 = np.where(t45 < 0.0, t55, t52)
+    t62 = -t61
+    t63 = -t54
+    t64 = np.where(t45 < 0.0, t53, t63)
+    t65 = -t55
+    t66 = np.where(t45 < 0.0, t53, t65)
+    t67 = np.where(t45 < 0.0, t56, t51)
+    t68 = np.where(t21 < 0.0, t60, t67)
+    t69 = np.where(t45 < 0.0, t51, t56)
+    t70 = np.where(t21 < 0.0, t66, t69)
+    t71 = np.where(t45 < 0.0, t58, t51)
+    t72 = np.where(t21 < 0.0, t71, t62)
+    t73 = np.where(t45 < 0.0, t51, t58)
+    t74 = np.where(t21 < 0.0, t73, t64)
+
+    # Square roots and arc tangents
+    t75 = _sqrt(t51)
+
+    # waist: axis_angle
+    t76 = 1.0 / t75
+    t77 = t76 * 0.5
+    t78 = -t77
+    t79 = np.where(t74 < 0.0, t78, t77)
+    t80 = np.where(t72 > 0.0, t77, t79)
+    t81 = np.where(t72 < 0.0, t78, t80)
+    t82 = np.where(t68 > 0.0, t77, t81)
+    t83 = np.where(t68 < 0.0, t78, t82)
+    t84 = t68 * t83
+    t85 = t72 * t83
+    t86 = t74 * t83
+    t87 = t70 * t83
+    t88 = t85 * t85
+    t89 = t86 * t86
+    t90 = t88 + t89
+    t91 = t87 * t87
+    t92 = t91 + t90
+
+    # Square roots and arc tangents
+    t93 = _sqrt(t92)
+
+    # waist: axis_angle
+    t94 = np.where(t93 > 0.0, t93, 1.0)
+    t95 = 1.0 / t94
+
+    # Square roots and arc tangents
+    t96 = _atan2(t93, t84)
+
+    # waist: axis_angle
+    t97 = t96 * t95
+    t98 = 2.0 * t97
+    t99 = np.where(t93 > 0.0, t98, 2.0)
+    t100 = t85 * t99
+    t101 = t86 * t99
+    t102 = t87 * t99
+    return (
+        t100,
+        t101,
+        t102,
+    )
+
+
+def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of the quaternion w, x, y, z of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # waist, shoulder and elbow: jacobian
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = t19 * t37
+    t39 = t25 * t31
+    t40 = t38 - t39
+    t41 = t19 * t35
+    t42 = t25 * t29
+    t43 = t42 - t41
+    t44 = t31 * t35
+    t45 = t29 * t37
+    t46 = t45 - t44
+
+    # waist, shoulder, elbow and forearm: jacobian
+    t47 = s1 * c4
+    t48 = s1 * t13
+    t49 = c1 * t13
+    t50 = t49 - t47
+    t51 = c1 * c4
+    t52 = t48 + t51
+    t53 = t29 - t43
+    t54 = t29 + t43
+    t55 = np.where(t25 < 0.0, t53, t54)
+    t56 = -t25
+    t57 = np.where(t25 < 0.0, t56, t25)
+
+    # waist: jacobian
+    t58 = -t55
+    t59 = np.where(t55 < 0.0, t58, t55)
+    t60 = t57 + t59
+    t61 = 1.0 + t60
+    t62 = t37 + t46
+    t63 = t37 - t46
+    t64 = t35 - t19
+    t65 = t19 + t35
+    t66 = t40 - t31
+    t67 = t31 + t40
+    t68 = -t67
+    t69 = np.where(t55 < 0.0, t64, t62)
+    t70 = -t69
+    t71 = np.where(t55 < 0.0, t65, t62)
+    t72 = -t71
+    t73 = -t64
+    t74 = np.where(t55 < 0.0, t63, t73)
+    t75 = -t65
+    t76 = np.where(t55 < 0.0, t63, t75)
+    t77 = np.where(t55 < 0.0, t66, t61)
+    t78 = np.where(t25 < 0.0, t70, t77)
+    t79 = np.where(t55 < 0.0, t61, t66)
+    t80 = np.where(t25 < 0.0, t76, t79)
+    t81 = np.where(t55 < 0.0, t68, t61)
+    t82 = np.where(t25 < 0.0, t81, t72)
+    t83 = np.where(t55 < 0.0, t61, t68)
+    t84 = np.where(t25 < 0.0, t83, t74)
+
+    # Square roots and arc tangents
+    t85 = _sqrt(t61)
+
+    # waist: jacobian
+    t86 = 1.0 / t85
+    t87 = t86 * 0.5
+    t88 = -t87
+    t89 = np.where(t84 < 0.0, t88, t87)
+    t90 = np.where(t82 > 0.0, t87, t89)
+    t91 = np.where(t82 < 0.0, t88, t90)
+    t92 = np.where(t78 > 0.0, t87, t91)
+    t93 = np.where(t78 < 0.0, t88, t92)
+    t94 = t78 * t93
+    t95 = t82 * t93
+    t96 = t84 * t93
+    t97 = t80 * t93
+    t98 = 0.5 * t94
+    t99 = 0.5 * t95
+    t100 = 0.5 * t96
+    t101 = 0.5 * t97
+    t102 = -t101
+    t103 = -t100
+    t104 = c1 * t100
+    t105 = s1 * t99
+    t106 = t105 - t104
+
+    # waist, shoulder and elbow: jacobian
+    t107 = c23 * t101
+    t108 = t0 * t99
+    t109 = t107 + t108
+    t110 = t1 * t100
+    t111 = t110 + t109
+    t112 = t50 * t99
+    t113 = t52 * t100
+    t114 = t2 * t101
+    t115 = t114 - t112
+    t116 = t115 - t113
+    t117 = t25 * t101
+    t118 = t37 * t100
+    t119 = t35 * t99
+    t120 = t119 - t117
+    t121 = t120 - t118
+    t122 = s1 * t98
+    t123 = c1 * t101
+    t124 = t123 - t122
+    t125 = t0 * t98
+    t126 = t1 * t101
+    t127 = c23 * t100
+    t128 = t127 - t125
+    t129 = t128 - t126
+    t130 = t2 * t100
+    t131 = t50 * t98
+    t132 = t130 + t131
+    t133 = t52 * t101
+    t134 = t133 + t132
+    t135 = t25 * t100
+    t136 = t35 * t98
+    t137 = t37 * t101
+    t138 = t137 - t135
+    t139 = t138 - t136
+    t140 = s1 * t101
+    t141 = s1 * t100
+    t142 = c1 * t98
+    t143 = t140 + t142
+    t144 = c1 * t99
+    t145 = t141 + t144
+    t146 = -t145
+    t147 = c23 * t99
+    t148 = c23 * t98
+
+    # waist: jacobian
+    t149 = t1 * t98
+    t150 = t1 * t99
+    t151 = t150 - t148
+    t152 = t0 * t101
+    t153 = t152 - t147
+    t154 = t153 - t149
+    t155 = t0 * t100
+    t156 = t151 - t155
+    t157 = t2 * t99
+    t158 = t2 * t98
+    t159 = t50 * t101
+    t160 = t35 * t101
+    t161 = t50 * t100
+    t162 = t161 - t158
+    t163 = t35 * t100
+    t164 = t52 * t98
+    t165 = t164 - t157
+    t166 = t165 - t159
+    t167 = t52 * t99
+    t168 = t162 - t167
+    t169 = t25 * t99
+    t170 = t169 + t160
+    t171 = t37 * t99
+    t172 = t37 * t98
+    t173 = t172 + t170
+    t174 = t25 * t98
+    t175 = t174 - t163
+    t176 = t175 - t171
+    return (
+        t102,
+        t106,
+        t106,
+        t111,
+        t116,
+        t121,
+        t103,
+        t124,
+        t124,
+        t129,
+        t134,
+        t139,
+        t99,
+        t143,
+        t143,
+        t154,
+        t166,
+        t173,
+        t98,
+        t146,
+        t146,
+        t156,
+        t168,
+        t176,
+    )
+
+
+def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of the quaternion x, y, z, w of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # waist, shoulder and elbow: jacobian
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = t19 * t37
+    t39 = t25 * t31
+    t40 = t38 - t39
+    t41 = t19 * t35
+    t42 = t25 * t29
+    t43 = t42 - t41
+    t44 = t31 * t35
+    t45 = t29 * t37
+    t46 = t45 - t44
+
+    # waist, shoulder, elbow and forearm: jacobian
+    t47 = s1 * c4
+    t48 = s1 * t13
+    t49 = c1 * t13
+    t50 = t49 - t47
+    t51 = c1 * c4
+    t52 = t48 + t51
+    t53 = t29 - t43
+    t54 = t29 + t43
+    t55 = np.where(t25 < 0.0, t53, t54)
+    t56 = -t25
+    t57 = np.where(t25 < 0.0, t56, t25)
+
+    # waist: jacobian
+    t58 = -t55
+    t59 = np.where(t55 < 0.0, t58, t55)
+    t60 = t57 + t59
+    t61 = 1.0 + t60
+    t62 = t37 + t46
+    t63 = t37 - t46
+    t64 = t35 - t19
+    t65 = t19 + t35
+    t66 = t40 - t31
+    t67 = t31 + t40
+    t68 = -t67
+    t69 = np.where(t55 < 0.0, t64, t62)
+    t70 = -t69
+    t71 = np.where(t55 < 0.0, t65, t62)
+    t72 = -t71
+    t73 = -t64
+    t74 = np.where(t55 < 0.0, t63, t73)
+    t75 = -t65
+    t76 = np.where(t55 < 0.0, t63, t75)
+    t77 = np.where(t55 < 0.0, t66, t61)
+    t78 = np.where(t25 < 0.0, t70, t77)
+    t79 = np.where(t55 < 0.0, t61, t66)
+    t80 = np.where(t25 < 0.0, t76, t79)
+    t81 = np.where(t55 < 0.0, t68, t61)
+    t82 = np.where(t25 < 0.0, t81, t72)
+    t83 = np.where(t55 < 0.0, t61, t68)
+    t84 = np.where(t25 < 0.0, t83, t74)
+
+    # Square roots and arc tangents
+    t85 = _sqrt(t61)
+
+    # waist: jacobian
+    t86 = 1.0 / t85
+    t87 = t86 * 0.5
+    t88 = -t87
+    t89 = np.where(t84 < 0.0, t88, t87)
+    t90 = np.where(t82 > 0.0, t87, t89)
+    t91 = np.where(t82 < 0.0, t88, t90)
+    t92 = np.where(t78 > 0.0, t87, t91)
+    t93 = np.where(t78 < 0.0, t88, t92)
+    t94 = t78 * t93
+    t95 = t82 * t93
+    t96 = t84 * t93
+    t97 = t80 * t93
+    t98 = 0.5 * t94
+    t99 = 0.5 * t95
+    t100 = 0.5 * t96
+    t101 = 0.5 * t97
+    t102 = -t100
+    t103 = -t101
+    t104 = s1 * t98
+    t105 = c1 * t101
+    t106 = t105 - t104
+    t107 = t0 * t98
+    t108 = t1 * t101
+
+    # waist, shoulder and elbow: jacobian
+    t109 = c23 * t100
+    t110 = t109 - t107
+    t111 = t110 - t108
+    t112 = t2 * t100
+    t113 = t50 * t98
+    t114 = t112 + t113
+    t115 = t52 * t101
+    t116 = t115 + t114
+    t117 = t25 * t100
+    t118 = t35 * t98
+    t119 = t37 * t101
+    t120 = t119 - t117
+    t121 = t120 - t118
+    t122 = s1 * t101
+    t123 = c1 * t98
+    t124 = t122 + t123
+    t125 = c23 * t99
+
+    # waist: jacobian
+    t126 = t1 * t98
+    t127 = t0 * t101
+    t128 = t127 - t125
+    t129 = t128 - t126
+    t130 = t2 * t99
+    t131 = t50 * t101
+    t132 = t52 * t98
+    t133 = t132 - t130
+    t134 = t133 - t131
+    t135 = t25 * t99
+    t136 = t35 * t101
+    t137 = t135 + t136
+    t138 = t37 * t98
+    t139 = t138 + t137
+    t140 = s1 * t100
+    t141 = s1 * t99
+    t142 = c1 * t99
+    t143 = t140 + t142
+    t144 = -t143
+    t145 = c1 * t100
+    t146 = t141 - t145
+
+    # waist, shoulder and elbow: jacobian
+    t147 = c23 * t98
+    t148 = c23 * t101
+    t149 = t0 * t100
+    t150 = t0 * t99
+    t151 = t148 + t150
+    t152 = t1 * t99
+    t153 = t152 - t147
+    t154 = t153 - t149
+    t155 = t1 * t100
+    t156 = t155 + t151
+    t157 = t2 * t98
+    t158 = t25 * t98
+    t159 = t2 * t101
+    t160 = t25 * t101
+    t161 = t52 * t99
+    t162 = t52 * t100
+    t163 = t50 * t100
+    t164 = t163 - t157
+    t165 = t164 - t161
+    t166 = t50 * t99
+    t167 = t159 - t166
+    t168 = t167 - t162
+    t169 = t35 * t100
+    t170 = t158 - t169
+    t171 = t37 * t100
+    t172 = t37 * t99
+    t173 = t170 - t172
+    t174 = t35 * t99
+    t175 = t174 - t160
+    t176 = t175 - t171
+    return (
+        t102,
+        t106,
+        t106,
+        t111,
+        t116,
+        t121,
+        t99,
+        t124,
+        t124,
+        t129,
+        t134,
+        t139,
+        t98,
+        t144,
+        t144,
+        t154,
+        t165,
+        t173,
+        t103,
+        t146,
+        t146,
+        t156,
+        t168,
+        t176,
+    )
+
+
+def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+
+    # shoulder, elbow, forearm and wrist_bend: jacobian
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+
+    # shoulder, elbow and wrist_bend: jacobian
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # shoulder and elbow: jacobian
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+
+    # waist: jacobian
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = t19 * t37
+    t39 = t19 * t35
+    t40 = t31 * t35
+    t41 = t25 * t31
+    t42 = t41 - t38
+    t43 = t29 * t37
+    t44 = t43 - t40
+    t45 = t25 * t29
+    t46 = t45 - t39
+
+    # waist, shoulder, elbow and forearm: jacobian
+    t47 = t25 * t25
+    t48 = t44 * t44
+    t49 = t47 + t48
+    t50 = s1 * c4
+    t51 = s1 * t13
+    t52 = c1 * t13
+    t53 = t52 - t50
+    t54 = c1 * c4
+    t55 = t51 + t54
+
+    # Square roots and arc tangents
+    t56 = _sqrt(t49)
+
+    # waist: jacobian
+    t57 = np.where(t56 > 0.0, t56, 1.0)
+    t58 = 1.0 / t57
+    t59 = t44 * t58
+    t60 = t25 * t58
+    t61 = np.where(t56 > 0.0, t60, 1.0)
+    t62 = np.where(t56 > 0.0, t58, 0.0)
+    t63 = t42 * t61
+    t64 = t46 * t61
+    t65 = t19 * t62
+    t66 = t35 * t59
+    t67 = t66 - t63
+    t68 = t37 * t59
+    t69 = t68 + t64
+    t70 = s1 * t69
+    t71 = s1 * t67
+    t72 = c1 * t67
+    t73 = t72 - t70
+    t74 = t62 * t73
+    t75 = t73 * t65
+    t76 = c1 * t69
+    t77 = t71 + t76
+    t78 = t0 * t69
+    t79 = t0 * t67
+    t80 = t1 * t67
+    t81 = t78 + t80
+    t82 = t1 * t69
+    t83 = t79 - t82
+    t84 = t62 * t81
+    t85 = -t84
+    t86 = t81 * t65
+
+    # waist, shoulder and elbow: jacobian
+    t87 = c23 + t86
+    t88 = -t87
+    t89 = t53 * t69
+    t90 = t53 * t67
+    t91 = t55 * t67
+    t92 = t89 + t91
+    t93 = t62 * t92
+    t94 = t55 * t69
+    t95 = t94 - t90
+    t96 = t92 * t65
+    t97 = t96 - t2
+    t98 = t35 * t69
+    t99 = t35 * t67
+    t100 = t37 * t67
+    t101 = t100 - t98
+    t102 = t62 * t101
+    t103 = t37 * t69
+    t104 = t99 + t103
+    t105 = t101 * t65
+    t106 = t25 + t105
+    return (
+        0.0,
+        t74,
+        t74,
+        t85,
+        t93,
+        t102,
+        0.0,
+        t77,
+        t77,
+        t83,
+        t95,
+        t104,
+        1.0,
+        t75,
+        t75,
+        t88,
+        t97,
+        t106,
+    )
+
+
+def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+
+    # shoulder, elbow, forearm and wrist_bend: jacobian
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+
+    # shoulder, elbow and wrist_bend: jacobian
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # shoulder and elbow: jacobian
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+
+    # waist: jacobian
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = c1 * t35
+    t39 = t19 * t37
+    t40 = t19 * t35
+    t41 = t31 * t35
+    t42 = t25 * t31
+    t43 = t42 - t39
+    t44 = t25 * t29
+    t45 = t44 - t40
+    t46 = t29 * t37
+    t47 = t46 - t41
+    t48 = t29 * t29
+    t49 = t43 * t43
+    t50 = t48 + t49
+
+    # waist and forearm: jacobian
+    t51 = s1 * c4
+    t52 = s1 * t13
+    t53 = c1 * t13
+    t54 = t53 - t51
+    t55 = c1 * c4
+    t56 = t52 + t55
+
+    # Square roots and arc tangents
+    t57 = _sqrt(t50)
+
+    # waist: jacobian
+    t58 = np.where(t57 > 0.0, t57, 1.0)
+    t59 = 1.0 / t58
+    t60 = t43 * t59
+    t61 = t29 * t59
+    t62 = np.where(t57 > 0.0, t61, 1.0)
+    t63 = np.where(t57 > 0.0, t59, 0.0)
+    t64 = t19 * t60
+    t65 = t31 * t60
+    t66 = t47 * t62
+    t67 = t66 - t64
+    t68 = t45 * t62
+    t69 = t65 + t68
+    t70 = t63 * t38
+    t71 = t67 * t70
+    t72 = t71 - s1
+    t73 = c1 * t69
+    t74 = t63 * t69
+    t75 = c1 * t63
+    t76 = t67 * t75
+    t77 = -t67
+    t78 = t35 * t63
+    t79 = t69 * t78
+
+    # waist, shoulder and elbow: jacobian
+    t80 = c23 * t69
+    t81 = c23 * t67
+    t82 = t1 * t67
+    t83 = t80 + t82
+    t84 = t1 * t69
+    t85 = t81 - t84
+    t86 = t78 * t83
+    t87 = t0 + t86
+    t88 = -t87
+    t89 = t63 * t83
+    t90 = -t89
+    t91 = t2 * t69
+    t92 = t2 * t67
+    t93 = t56 * t67
+    t94 = t93 - t91
+    t95 = t56 * t69
+    t96 = t92 + t95
+    t97 = t63 * t94
+    t98 = t78 * t94
+    t99 = t54 + t98
+    t100 = t25 * t69
+    t101 = t25 * t67
+    t102 = t37 * t67
+    t103 = t100 + t102
+    t104 = t37 * t69
+    t105 = t104 - t101
+    t106 = t63 * t103
+    t107 = t78 * t103
+    t108 = t107 - t35
+    return (
+        t79,
+        t72,
+        t72,
+        t88,
+        t99,
+        t108,
+        t77,
+        t73,
+        t73,
+        t85,
+        t96,
+        t105,
+        t74,
+        t76,
+        t76,
+        t90,
+        t97,
+        t106,
+    )
+
+
+def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+
+    # shoulder, elbow, forearm and wrist_bend: jacobian
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+
+    # shoulder, elbow and wrist_bend: jacobian
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+
+    # shoulder and elbow: jacobian
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+
+    # waist: jacobian
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = t19 * t37
+    t39 = t29 * t37
+    t40 = t25 * t29
+    t41 = t25 * t31
+    t42 = t41 - t38
+    t43 = t31 * t35
+    t44 = t39 - t43
+    t45 = t19 * t35
+    t46 = t40 - t45
+
+    # waist, shoulder, elbow and forearm: jacobian
+    t47 = t19 * t19
+    t48 = t44 * t44
+    t49 = t47 + t48
+    t50 = s1 * c4
+    t51 = s1 * t13
+    t52 = c1 * t13
+    t53 = t52 - t50
+    t54 = c1 * c4
+    t55 = t51 + t54
+
+    # Square roots and arc tangents
+    t56 = _sqrt(t49)
+
+    # waist: jacobian
+    t57 = np.where(t56 > 0.0, t56, 1.0)
+    t58 = 1.0 / t57
+    t59 = t44 * t58
+    t60 = t19 * t58
+    t61 = np.where(t56 > 0.0, t60, 1.0)
+    t62 = np.where(t56 > 0.0, t58, 0.0)
+    t63 = t42 * t61
+    t64 = t46 * t61
+    t65 = t29 * t59
+    t66 = t65 - t63
+    t67 = t31 * t59
+    t68 = t67 + t64
+    t69 = s1 * t68
+    t70 = s1 * t66
+    t71 = c1 * t66
+    t72 = t71 - t69
+    t73 = c1 * t68
+    t74 = t70 + t73
+    t75 = t62 * t72
+    t76 = t25 * t62
+    t77 = t72 * t76
+    t78 = -t77
+    t79 = t0 * t68
+    t80 = t0 * t66
+    t81 = t1 * t66
+    t82 = t79 + t81
+    t83 = t1 * t68
+    t84 = t80 - t83
+    t85 = t76 * t82
+
+    # waist, shoulder and elbow: jacobian
+    t86 = t85 - c23
+    t87 = t62 * t82
+    t88 = -t87
+    t89 = t53 * t68
+    t90 = t53 * t66
+    t91 = t55 * t66
+    t92 = t89 + t91
+    t93 = t55 * t68
+    t94 = t93 - t90
+    t95 = t62 * t92
+    t96 = t76 * t92
+    t97 = t2 + t96
+    t98 = -t97
+    t99 = t35 * t68
+    t100 = t35 * t66
+    t101 = t37 * t66
+    t102 = t101 - t99
+    t103 = t37 * t68
+    t104 = t100 + t103
+    t105 = t62 * t102
+    t106 = t76 * t102
+    t107 = t25 - t106
+    return (
+        1.0,
+        t78,
+        t78,
+        t86,
+        t98,
+        t107,
+        0.0,
+        t74,
+        t74,
+        t84,
+        t94,
+        t104,
+        0.0,
+        t75,
+        t75,
+        t88,
+        t95,
+        t105,
+    )
+
+
+def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Derivative of the rotation vector of the tool by the joint variables.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow
+    q23 = q[1] + q[2]
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s23, c23 = _sincos(q23)
+    s4, c4 = _sincos(q[3])
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = c1 * s23
+    t1 = s1 * s23
+    t2 = s23 * s4
+    t3 = c5 * c6
+    t4 = s5 * c6
+    t5 = s4 * s6
+    t6 = c4 * s6
+    t7 = c4 * t3
+    t8 = t7 - t5
+    t9 = s4 * t3
+    t10 = t9 + t6
+    t11 = c4 * s5
+    t12 = s4 * s5
+    t13 = c23 * s4
+    t14 = c23 * t8
+    t15 = s23 * t8
+    t16 = s23 * t4
+    t17 = t16 - t14
+    t18 = c23 * t4
+    t19 = t15 + t18
+    t20 = s23 * c5
+    t21 = c23 * c5
+    t22 = c23 * t11
+    t23 = t20 + t22
+    t24 = s23 * t11
+    t25 = t24 - t21
+
+    # waist and forearm: jacobian
+    t26 = c1 * t17
+    t27 = s1 * t17
+    t28 = s1 * t10
+    t29 = t28 - t26
+    t30 = c1 * t10
+    t31 = t27 + t30
+    t32 = s1 * t12
+    t33 = c1 * t12
+    t34 = c1 * t23
+    t35 = t32 + t34
+    t36 = s1 * t23
+    t37 = t33 - t36
+    t38 = t19 * t37
+    t39 = t25 * t31
+    t40 = t38 - t39
+    t41 = t19 * t35
+    t42 = t25 * t29
+    t43 = t42 - t41
+    t44 = t31 * t35
+    t45 = t29 * t37
+    t46 = t45 - t44
+    t47 = s1 * c4
+    t48 = s1 * t13
+    t49 = c1 * t13
+    t50 = t49 - t47
+
+    # waist, shoulder, elbow and forearm: jacobian
+    t51 = c1 * c4
+    t52 = t48 + t51
+    t53 = t29 - t43
+    t54 = t29 + t43
+    t55 = np.where(t25 < 0.0, t53, t54)
+    t56 = -t25
+    t57 = np.where(t25 < 0.0, t56, t25)
+    t58 = -t55
+    t59 = np.where(t55 < 0.0, t58, t55)
+    t60 = t57 + t59
+    t61 = 1.0 + t60
+    t62 = t37 + t46
+    t63 = t37 - t46
+    t64 = t35 - t19
+    t65 = t19 + t35
+    t66 = t40 - t31
+    t67 = t31 + t40
+    t68 = -t67
+    t69 = np.where(t55 < 0.0, t64, t62)
+    t70 = -t69
+    t71 = np.where(t55 < 0.0, t65, t62)
+    t72 = -t71
+    t73 = -t64
+    t74 = np.where(t55 < 0.0, t63, t73)
+    t75 = -t65
+    t76 = np.where(t55 < 0.0, t63, t75)
+    t77 = np.where(t55 < 0.0, t66, t61)
+    t78 = np.where(t25 < 0.0, t70, t77)
+    t79 = np.where(t55 < 0.0, t61, t66)
+    t80 = np.where(t25 < 0.0, t76, t79)
+    t81 = np.where(t55 < 0.0, t68, t61)
+    t82 = np.where(t25 < 0.0, t81, t72)
+    t83 = np.where(t55 < 0.0, t61, t68)
+    t84 = np.where(t25 < 0.0, t83, t74)
+
+    # Square roots and arc tangents
+    t85 = _sqrt(t61)
+
+    # waist: jacobian
+    t86 = 1.0 / t85
+    t87 = t86 * 0.5
+    t88 = -t87
+    t89 = np.where(t84 < 0.0, t88, t87)
+    t90 = np.where(t82 > 0.0, t87, t89)
+    t91 = np.where(t82 < 0.0, t88, t90)
+    t92 = np.where(t78 > 0.0, t87, t91)
+    t93 = np.where(t78 < 0.0, t88, t92)
+    t94 = t78 * t93
+    t95 = t82 * t93
+    t96 = t84 * t93
+    t97 = t80 * t93
+    t98 = t95 * t95
+    t99 = t96 * t96
+    t100 = t98 + t99
+    t101 = t97 * t97
+    t102 = t101 + t100
+
+    # Square roots and arc tangents
+    t103 = _sqrt(t102)
+
+    # waist: jacobian
+    t104 = np.where(t103 > 0.0, t103, 1.0)
+    t105 = 1.0 / t104
+    t106 = t95 * t105
+    t107 = t96 * t105
+    t108 = t97 * t105
+
+    # Square roots and arc tangents
+    t109 = _atan2(t103, t94)
+
+    # waist: jacobian
+    t110 = t94 * t109
+    t111 = t109 * t105
+    t112 = t105 * t110
+    t113 = 2.0 * t111
+    t114 = np.where(t103 > 0.0, t113, 2.0)
+    t115 = np.where(t103 > 0.0, t112, 1.0)
+    t116 = t95 * t114
+    t117 = t96 * t114
+    t118 = t97 * t114
+    t119 = 0.5 * t116
+    t120 = 0.5 * t117
+    t121 = 0.5 * t118
+    t122 = t115 - 1.0
+    t123 = t106 * t122
+    t124 = t107 * t122
+    t125 = t108 * t122
+    t126 = t107 * t123
+    t127 = t106 * t123
+    t128 = t106 * t125
+    t129 = t115 - t127
+    t130 = t107 * t124
+    t131 = t108 * t124
+    t132 = t108 * t125
+    t133 = t115 - t130
+    t134 = t115 - t132
+    t135 = t121 - t126
+    t136 = t121 + t126
+    t137 = t120 + t128
+    t138 = t120 - t128
+    t139 = -t137
+    t140 = t119 - t131
+    t141 = t119 + t131
+    t142 = s1 * t129
+    t143 = c1 * t135
+    t144 = t143 - t142
+    t145 = t0 * t129
+    t146 = t1 * t135
+
+    # waist, shoulder and elbow: jacobian
+    t147 = c23 * t137
+    t148 = t147 - t145
+    t149 = t148 - t146
+    t150 = t2 * t137
+    t151 = t25 * t137
+    t152 = t50 * t129
+    t153 = t150 + t152
+    t154 = t35 * t129
+    t155 = t52 * t135
+    t156 = t155 + t153
+    t157 = t37 * t135
+    t158 = t157 - t151
+    t159 = t158 - t154
+    t160 = s1 * t136
+    t161 = s1 * t138
+    t162 = c1 * t133
+    t163 = t160 + t162
+    t164 = c1 * t141
+    t165 = t161 + t164
+    t166 = -t165
+    t167 = c23 * t140
+    t168 = c23 * t134
+
+    # waist: jacobian
+    t169 = t1 * t133
+    t170 = t1 * t141
+    t171 = t170 - t168
+    t172 = t0 * t136
+    t173 = t172 - t167
+    t174 = t173 - t169
+    t175 = t0 * t138
+    t176 = t171 - t175
+    t177 = t2 * t140
+    t178 = t25 * t140
+    t179 = t2 * t134
+    t180 = t25 * t134
+    t181 = t50 * t136
+    t182 = t35 * t136
+    t183 = t178 + t182
+    t184 = t50 * t138
+    t185 = t184 - t179
+    t186 = t35 * t138
+    t187 = t180 - t186
+    t188 = t52 * t133
+    t189 = t188 - t177
+    t190 = t189 - t181
+    t191 = t37 * t133
+    t192 = t191 + t183
+    t193 = t52 * t141
+    t194 = t185 - t193
+    t195 = t37 * t141
+    t196 = t187 - t195
+    return (
+        t139,
+        t144,
+        t144,
+        t149,
+        t156,
+        t159,
+        t140,
+        t163,
+        t163,
+        t174,
+        t190,
+        t192,
+        t134,
+        t166,
+        t166,
+        t176,
+        t194,
+        t196,
+    )
+
+
+def inverse_pose(a_T_b: Floats) -> tuple[Floats | float, ...]:
+    """Inverse of a pose.
+
+    Args:
+        a_T_b: Pose of a frame b in a frame a, 4x4 matrix, row by row (12, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # position
+    t0 = a_T_b[0] * a_T_b[3]
+    t1 = a_T_b[4] * a_T_b[7]
+    t2 = t0 + t1
+    t3 = a_T_b[8] * a_T_b[11]
+    t4 = t3 + t2
+    t5 = -t4
+    t6 = a_T_b[1] * a_T_b[3]
+    t7 = a_T_b[5] * a_T_b[7]
+    t8 = t6 + t7
+    t9 = a_T_b[9] * a_T_b[11]
+    t10 = t9 + t8
+    t11 = -t10
+    t12 = a_T_b[2] * a_T_b[3]
+    t13 = a_T_b[6] * a_T_b[7]
+    t14 = t12 + t13
+    t15 = a_T_b[10] * a_T_b[11]
+    t16 = t15 + t14
+    t17 = -t16
+    return (
+        a_T_b[0],
+        a_T_b[4],
+        a_T_b[8],
+        t5,
+        a_T_b[1],
+        a_T_b[5],
+        a_T_b[9],
+        t11,
+        a_T_b[2],
+        a_T_b[6],
+        a_T_b[10],
+        t17,
+    )
+
+
+def transform_point(a_T_b: Floats, b_p: Floats) -> tuple[Floats | float, ...]:
+    """A point of frame b, given the pose of b in a, as a point of frame a.
+
+    Args:
+        a_T_b: Pose of a frame b in a frame a, 4x4 matrix, row by row (12, N).
+        b_p: X, y, z (3, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # a_p
+    t0 = a_T_b[0] * b_p[0]
+    t1 = a_T_b[3] + t0
+    t2 = a_T_b[1] * b_p[1]
+    t3 = t2 + t1
+    t4 = a_T_b[2] * b_p[2]
+    t5 = t4 + t3
+    t6 = a_T_b[4] * b_p[0]
+    t7 = a_T_b[7] + t6
+    t8 = a_T_b[5] * b_p[1]
+    t9 = t8 + t7
+    t10 = a_T_b[6] * b_p[2]
+    t11 = t10 + t9
+    t12 = a_T_b[8] * b_p[0]
+    t13 = a_T_b[11] + t12
+    t14 = a_T_b[9] * b_p[1]
+    t15 = t14 + t13
+    t16 = a_T_b[10] * b_p[2]
+    t17 = t16 + t15
+    return (
+        t5,
+        t11,
+        t17,
+    )
+
+
+def adjoint(a_T_b: Floats) -> tuple[Floats | float, ...]:
+    """Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+
+    Args:
+        a_T_b: Pose of a frame b in a frame a, 4x4 matrix, row by row (12, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # adjoint
+    t0 = a_T_b[4] * a_T_b[11]
+    t1 = a_T_b[7] * a_T_b[8]
+    t2 = t1 - t0
+    t3 = a_T_b[0] * a_T_b[11]
+    t4 = a_T_b[3] * a_T_b[8]
+    t5 = t3 - t4
+    t6 = a_T_b[0] * a_T_b[7]
+    t7 = a_T_b[3] * a_T_b[4]
+    t8 = t7 - t6
+    t9 = a_T_b[5] * a_T_b[11]
+    t10 = a_T_b[7] * a_T_b[9]
+    t11 = t10 - t9
+    t12 = a_T_b[1] * a_T_b[11]
+    t13 = a_T_b[3] * a_T_b[9]
+    t14 = t12 - t13
+    t15 = a_T_b[1] * a_T_b[7]
+    t16 = a_T_b[3] * a_T_b[5]
+    t17 = t16 - t15
+    t18 = a_T_b[6] * a_T_b[11]
+    t19 = a_T_b[7] * a_T_b[10]
+    t20 = t19 - t18
+    t21 = a_T_b[2] * a_T_b[11]
+    t22 = a_T_b[3] * a_T_b[10]
+    t23 = t21 - t22
+    t24 = a_T_b[2] * a_T_b[7]
+    t25 = a_T_b[3] * a_T_b[6]
+    t26 = t25 - t24
+    return (
+        a_T_b[0],
+        a_T_b[1],
+        a_T_b[2],
+        t2,
+        t11,
+        t20,
+        a_T_b[4],
+        a_T_b[5],
+        a_T_b[6],
+        t5,
+        t14,
+        t23,
+        a_T_b[8],
+        a_T_b[9],
+        a_T_b[10],
+        t8,
+        t17,
+        t26,
+        0.0,
+        0.0,
+        0.0,
+        a_T_b[0],
+        a_T_b[1],
+        a_T_b[2],
+        0.0,
+        0.0,
+        0.0,
+        a_T_b[4],
+        a_T_b[5],
+        a_T_b[6],
+        0.0,
+        0.0,
+        0.0,
+        a_T_b[8],
+        a_T_b[9],
+        a_T_b[10],
+    )
+
+
+def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
+    """Joint values of all branches for a pose of the tool, and which of them are solutions.
+
+    Args:
+        base_T_tool: Pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal (12, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    single = base_T_tool.dtype == np.float32
+    # all results
+    t0 = base_T_tool[3] * 0.15005
+    t1 = base_T_tool[7] * 0.15005
+    t2 = base_T_tool[3] * base_T_tool[3]
+    t3 = base_T_tool[7] * base_T_tool[7]
+    t4 = t2 + t3
+    t5 = 1.0 / t4
+    t6 = base_T_tool[11] * base_T_tool[11]
+    t7 = t6 + t4
+    t8 = np.where(t7 < 1000000000000000.0, t7.dtype.type(1.0), t7.dtype.type(0.0))
+    t9 = t4 - 0.0225150025
+    t10 = np.where(t9 > 0.0, t9, 0.0)
+    t11 = np.where(
+        t9 > (-1.1791343688964844e-06 if single else -2.8112754080211745e-13), t9.dtype.type(1.0), t9.dtype.type(0.0)
+    )
+    t12 = base_T_tool[0] * base_T_tool[0]
+    t13 = base_T_tool[4] * base_T_tool[4]
+    t14 = t12 + t13
+    t15 = base_T_tool[8] * base_T_tool[8]
+    t16 = t15 + t14
+    t17 = t16 - 1.0
+    t18 = t17 * t17
+    t19 = base_T_tool[1] * base_T_tool[1]
+    t20 = base_T_tool[5] * base_T_tool[5]
+    t21 = t19 + t20
+    t22 = base_T_tool[9] * base_T_tool[9]
+    t23 = t22 + t21
+    t24 = t23 - 1.0
+    t25 = t24 * t24
+    t26 = t18 + t25
+    t27 = base_T_tool[0] * base_T_tool[1]
+    t28 = base_T_tool[4] * base_T_tool[5]
+    t29 = t27 + t28
+    t30 = base_T_tool[8] * base_T_tool[9]
+    t31 = t30 + t29
+    t32 = t31 * t31
+    t33 = t32 + t26
+    t34 = base_T_tool[0] * base_T_tool[5]
+    t35 = base_T_tool[1] * base_T_tool[4]
+    t36 = t34 - t35
+    t37 = base_T_tool[10] - t36
+    t38 = t37 * t37
+    t39 = t38 + t33
+    t40 = base_T_tool[4] * base_T_tool[9]
+    t41 = base_T_tool[5] * base_T_tool[8]
+    t42 = t40 - t41
+    t43 = base_T_tool[2] - t42
+    t44 = t43 * t43
+    t45 = t44 + t39
+    t46 = base_T_tool[1] * base_T_tool[8]
+    t47 = base_T_tool[0] * base_T_tool[9]
+    t48 = t46 - t47
+    t49 = base_T_tool[6] - t48
+    t50 = t49 * t49
+    t51 = t50 + t45
+    t52 = np.where(t51 < (9e-08 if single else 9e-12), t8, 0.0)
+    t53 = t52 * t11
+
+    # Square roots and arc tangents
+    t54 = _sqrt(t10)
+    t55 = _atan2(base_T_tool[7], base_T_tool[3])
+
+    # shoulder, elbow, forearm, wrist_bend, flange and valid
+    t56 = base_T_tool[3] * t54
+    t57 = base_T_tool[7] * t54
+    t58 = t54 * t54
+    t59 = t6 + t58
+    t60 = t56 + t1
+    t61 = t56 - t1
+    t62 = t5 * t60
+    t63 = t5 * t61
+    t64 = t0 - t57
+    t65 = t0 + t57
+    t66 = t5 * t64
+    t67 = t5 * t65
+    t68 = base_T_tool[0] * t62
+    t69 = base_T_tool[0] * t66
+    t70 = base_T_tool[4] * t62
+    t71 = t69 + t70
+    t72 = base_T_tool[4] * t66
+    t73 = t68 - t72
+    t74 = base_T_tool[1] * t62
+    t75 = base_T_tool[1] * t66
+    t76 = base_T_tool[5] * t62
+    t77 = t75 + t76
+    t78 = base_T_tool[5] * t66
+    t79 = t74 - t78
+    t80 = base_T_tool[2] * t62
+    t81 = base_T_tool[6] * t62
+    t82 = base_T_tool[2] * t66
+    t83 = t82 + t81
+    t84 = t83 * t83
+    t85 = base_T_tool[6] * t66
+    t86 = t80 - t85
+    t87 = base_T_tool[0] * t63
+    t88 = base_T_tool[0] * t67
+    t89 = base_T_tool[4] * t63
+    t90 = t88 - t89
+    t91 = base_T_tool[4] * t67
+    t92 = t87 + t91
+    t93 = base_T_tool[1] * t63
+    t94 = base_T_tool[1] * t67
+    t95 = base_T_tool[5] * t63
+    t96 = t94 - t95
+    t97 = base_T_tool[5] * t67
+    t98 = t93 + t97
+    t99 = base_T_tool[2] * t63
+    t100 = base_T_tool[6] * t63
+    t101 = base_T_tool[2] * t67
+    t102 = t101 - t100
+    t103 = t102 * t102
+    t104 = base_T_tool[6] * t67
+    t105 = t99 + t104
+    t106 = t59 * 2.6787076895038266
+    t107 = t59 + 0.00041209
+    t108 = t106 - 2.0000006092628144
+    t109 = t106 - 6.092628145770562e-07
+    t110 = t108 * t109
+    t111 = t109 - 1.0
+    t112 = t107 * (6.128027735943775e-05 if single else 1.46103566549868e-11)
+    t113 = np.where(t110 < t112, t110.dtype.type(1.0), t110.dtype.type(0.0))
+    t114 = t113 * t53
+    t115 = t107 * (7.66003466992972e-06 if single else 1.4267926420885547e-14)
+    t116 = -t110
+    t117 = np.where(t115 < t116, t116, 0.0)
+    t118 = t109 * 0.4322769135635166
+    t119 = t118 - 0.00047691356351659784
+    t120 = t109 * 0.4318
+    t121 = 0.00047691356351659784 + t120
+    t122 = t121 * t121
+
+    # Square roots and arc tangents
+    t123 = _sqrt(t117)
+    t124 = _atan2(0.15005, t54)
+    t125 = _atan2(base_T_tool[11], t54)
+
+    # waist, shoulder, forearm, wrist_bend, flange and valid
+    t126 = t123 * 0.4322769135635166
+    t127 = t123 * 0.4318
+    t128 = t127 * t127
+    t129 = t122 + t128
+    t130 = t59 * t129
+    t131 = t55 - t124
+    t132 = t55 + t124
+    t133 = t132 - 3.141592653589793
+    t134 = t131 - 6.283185307179586
+    t135 = np.where(t131 > 3.141592653589793, t134, t131)
+    t136 = 6.283185307179586 + t135
+    t137 = np.where(t135 < -3.141592653589793, t136, t135)
+    t138 = np.where(t137 > (-2.7949168031909273 if single else -2.7925269061909272), t114, 0.0)
+    t139 = np.where(t137 < (2.7949168031909273 if single else 2.7925269061909272), t138, 0.0)
+    t140 = 6.283185307179586 + t133
+    t141 = np.where(t133 < -3.141592653589793, t140, t133)
+    t142 = np.where(t141 > (-2.7949168031909273 if single else -2.7925269061909272), t114, 0.0)
+    t143 = np.where(t141 < (2.7949168031909273 if single else 2.7925269061909272), t142, 0.0)
+
+    # Square roots and arc tangents
+    t144 = _atan2(t123, t111)
+    t145 = _atan2(t126, t119)
+    t146 = _sqrt(t130)
+
+    # forearm, wrist_bend, flange and valid
+    t147 = 1.0 / t146
+    t148 = t121 * t147
+    t149 = t127 * t147
+    t150 = t148 * 0.04696063880130675
+    t151 = t148 * 0.9988967406110469
+    t152 = t149 * 0.04696063880130675
+    t153 = t149 * 0.9988967406110469
+    t154 = t150 + t153
+    t155 = t150 - t153
+    t156 = t151 - t152
+    t157 = t151 + t152
+    t158 = t54 * t154
+    t159 = base_T_tool[11] * t154
+    t160 = t54 * t156
+    t161 = base_T_tool[11] * t156
+    t162 = t161 - t158
+    t163 = t158 + t161
+    t164 = t160 + t159
+    t165 = t160 - t159
+    t166 = t54 * t155
+    t167 = t54 * t157
+    t168 = base_T_tool[11] * t155
+    t169 = base_T_tool[11] * t157
+    t170 = t169 - t166
+    t171 = t166 + t169
+    t172 = t167 + t168
+    t173 = t167 - t168
+    t174 = t73 * t162
+    t175 = t73 * t170
+    t176 = base_T_tool[8] * t164
+    t177 = t176 - t174
+    t178 = t79 * t162
+    t179 = t79 * t170
+    t180 = base_T_tool[9] * t164
+    t181 = t180 - t178
+    t182 = t86 * t162
+    t183 = base_T_tool[10] * t162
+    t184 = t86 * t164
+    t185 = t184 + t183
+    t186 = base_T_tool[10] * t164
+    t187 = t182 - t186
+    t188 = t187 * t187
+    t189 = t84 + t188
+    t190 = np.where(t189 < (1e-12 if single else 1e-20), 1.0, t187)
+    t191 = np.where(t189 < (1e-12 if single else 1e-20), 0.0, t83)
+    t192 = t177 * t191
+    t193 = t181 * t191
+    t194 = t71 * t190
+    t195 = t194 + t192
+    t196 = t77 * t190
+    t197 = t196 + t193
+
+    # shoulder, elbow, forearm, wrist_bend, flange and valid
+    t198 = t145 + t125
+    t199 = t145 - t125
+    t200 = 6.283185307179586 + t198
+    t201 = -t198
+    t202 = np.where(t201 > 1.5707963267948966, t200, t198)
+    t203 = t198 - 3.141592653589793
+    t204 = 6.283185307179586 - t202
+    t205 = -t202
+    t206 = np.where(t202 > 4.71238898038469, t204, t205)
+    t207 = np.where(t206 > (-3.9293808169872415 if single else -3.9269909199872415), t139, 0.0)
+    t208 = np.where(t206 < (0.7877881633974483 if single else 0.7853982663974484), t207, 0.0)
+    t209 = t144 - 1.5238184104468135
+    t210 = t144 + 1.5238184104468135
+    t211 = 6.283185307179586 + t209
+    t212 = np.where(t209 < -3.141592653589793, t211, t209)
+    t213 = base_T_tool[8] * t172
+    t214 = t213 - t175
+    t215 = base_T_tool[9] * t172
+    t216 = t215 - t179
+    t217 = t86 * t170
+    t218 = t86 * t172
+    t219 = base_T_tool[10] * t170
+    t220 = t218 + t219
+    t221 = base_T_tool[10] * t172
+    t222 = t217 - t221
+    t223 = t222 * t222
+    t224 = t84 + t223
+    t225 = np.where(t224 < (1e-12 if single else 1e-20), 1.0, t222)
+    t226 = np.where(t224 < (1e-12 if single else 1e-20), 0.0, t83)
+    t227 = t71 * t225
+    t228 = t77 * t225
+    t229 = t214 * t226
+    t230 = t227 + t229
+    t231 = t216 * t226
+    t232 = t228 + t231
+    t233 = t199 - 6.283185307179586
+    t234 = np.where(t199 > 1.5707963267948966, t233, t199)
+    t235 = 3.141592653589793 + t199
+    t236 = 6.283185307179586 + t234
+    t237 = np.where(t234 < -4.71238898038469, t236, t234)
+    t238 = np.where(t237 > (-3.9293808169872415 if single else -3.9269909199872415), t139, 0.0)
+    t239 = np.where(t237 < (0.7877881633974483 if single else 0.7853982663974484), t238, 0.0)
+    t240 = t210 - 6.283185307179586
+    t241 = np.where(t210 > 3.141592653589793, t240, t210)
+    t242 = -t241
+    t243 = t92 * t171
+    t244 = t92 * t163
+    t245 = base_T_tool[8] * t173
+    t246 = t243 - t245
+    t247 = t98 * t171
+    t248 = t98 * t163
+    t249 = base_T_tool[9] * t173
+    t250 = t247 - t249
+
+    # shoulder, forearm, wrist_bend, flange and valid
+    t251 = t105 * t171
+    t252 = base_T_tool[10] * t171
+    t253 = t105 * t173
+    t254 = t253 + t252
+    t255 = base_T_tool[10] * t173
+    t256 = t255 - t251
+    t257 = t256 * t256
+    t258 = t103 + t257
+    t259 = np.where(t258 < (1e-12 if single else 1e-20), 1.0, t256)
+    t260 = np.where(t258 < (1e-12 if single else 1e-20), 0.0, t102)
+    t261 = t246 * t260
+    t262 = t250 * t260
+    t263 = t90 * t259
+    t264 = t263 + t261
+    t265 = t96 * t259
+    t266 = t265 + t262
+    t267 = t203 - 6.283185307179586
+    t268 = np.where(t203 > 1.5707963267948966, t267, t203)
+    t269 = 6.283185307179586 + t268
+    t270 = np.where(t268 < -4.71238898038469, t269, t268)
+    t271 = np.where(t270 > (-3.9293808169872415 if single else -3.9269909199872415), t143, 0.0)
+    t272 = np.where(t270 < (0.7877881633974483 if single else 0.7853982663974484), t271, 0.0)
+    t273 = base_T_tool[8] * t165
+    t274 = t244 - t273
+    t275 = base_T_tool[9] * t165
+    t276 = t248 - t275
+    t277 = t105 * t163
+    t278 = t105 * t165
+    t279 = base_T_tool[10] * t163
+    t280 = t278 + t279
+    t281 = base_T_tool[10] * t165
+    t282 = t281 - t277
+    t283 = t282 * t282
+    t284 = t103 + t283
+    t285 = np.where(t284 < (1e-12 if single else 1e-20), 1.0, t282)
+    t286 = np.where(t284 < (1e-12 if single else 1e-20), 0.0, t102)
+    t287 = t90 * t285
+    t288 = t96 * t285
+    t289 = t274 * t286
+    t290 = t287 + t289
+    t291 = t276 * t286
+    t292 = t288 + t291
+    t293 = 6.283185307179586 + t235
+    t294 = -t235
+    t295 = np.where(t294 > 1.5707963267948966, t293, t235)
+    t296 = 6.283185307179586 - t295
+    t297 = -t295
+    t298 = np.where(t295 > 4.71238898038469, t296, t297)
+
+    # valid
+    t299 = np.where(t298 > (-3.9293808169872415 if single else -3.9269909199872415), t143, 0.0)
+    t300 = np.where(t298 < (0.7877881633974483 if single else 0.7853982663974484), t299, 0.0)
+
+    # Square roots and arc tangents
+    t301 = _atan2(t191, t190)
+    t302 = _atan2(t195, t197)
+    t303 = _atan2(t226, t225)
+    t304 = _atan2(t230, t232)
+    t305 = _atan2(t260, t259)
+    t306 = _atan2(t264, t266)
+    t307 = _atan2(t286, t285)
+    t308 = _atan2(t290, t292)
+    t309 = _sqrt(t189)
+    t310 = _sqrt(t224)
+    t311 = _sqrt(t258)
+    t312 = _sqrt(t284)
+
+    # forearm, flange and valid
+    t313 = 3.141592653589793 - t302
+    t314 = 3.141592653589793 - t304
+    t315 = 3.141592653589793 - t306
+    t316 = 3.141592653589793 - t308
+    t317 = t301 + 6.283185307179586
+    t318 = np.where(t301 < -2.6179938779914944, t317, t301)
+    t319 = t301 + 3.141592653589793
+    t320 = np.where(t318 > (-1.9222521771937626 if single else -1.9198622801937626), t208, 0.0)
+    t321 = np.where(t318 < (2.9694497283903605 if single else 2.9670598313903604), t320, 0.0)
+    t322 = t313 - 6.283185307179586
+    t323 = np.where(t313 > 3.141592653589793, t322, t313)
+    t324 = -t323
+    t325 = t319 - 6.283185307179586
+    t326 = np.where(t319 > 3.6651914291880923, t325, t319)
+    t327 = np.where(t326 > (-1.9222521771937626 if single else -1.9198622801937626), t208, 0.0)
+    t328 = np.where(t326 < (2.9694497283903605 if single else 2.9670598313903604), t327, 0.0)
+    t329 = 6.283185307179586 + t303
+    t330 = np.where(t303 < -2.6179938779914944, t329, t303)
+    t331 = 3.141592653589793 + t303
+    t332 = np.where(t330 > (-1.9222521771937626 if single else -1.9198622801937626), t239, 0.0)
+    t333 = np.where(t330 < (2.9694497283903605 if single else 2.9670598313903604), t332, 0.0)
+    t334 = t314 - 6.283185307179586
+    t335 = np.where(t314 > 3.141592653589793, t334, t314)
+    t336 = -t335
+    t337 = t331 - 6.283185307179586
+    t338 = np.where(t331 > 3.6651914291880923, t337, t331)
+    t339 = np.where(t338 > (-1.9222521771937626 if single else -1.9198622801937626), t239, 0.0)
+    t340 = np.where(t338 < (2.9694497283903605 if single else 2.9670598313903604), t339, 0.0)
+    t341 = 6.283185307179586 + t305
+    t342 = np.where(t305 < -2.6179938779914944, t341, t305)
+    t343 = 3.141592653589793 + t305
+    t344 = np.where(t342 > (-1.9222521771937626 if single else -1.9198622801937626), t272, 0.0)
+    t345 = np.where(t342 < (2.9694497283903605 if single else 2.9670598313903604), t344, 0.0)
+    t346 = t315 - 6.283185307179586
+    t347 = np.where(t315 > 3.141592653589793, t346, t315)
+    t348 = -t347
+    t349 = t343 - 6.283185307179586
+    t350 = np.where(t343 > 3.6651914291880923, t349, t343)
+    t351 = np.where(t350 > (-1.9222521771937626 if single else -1.9198622801937626), t272, 0.0)
+    t352 = np.where(t350 < (2.9694497283903605 if single else 2.9670598313903604), t351, 0.0)
+    t353 = 6.283185307179586 + t307
+    t354 = np.where(t307 < -2.6179938779914944, t353, t307)
+    t355 = 3.141592653589793 + t307
+    t356 = np.where(t354 > (-1.9222521771937626 if single else -1.9198622801937626), t300, 0.0)
+    t357 = np.where(t354 < (2.9694497283903605 if single else 2.9670598313903604), t356, 0.0)
+    t358 = t316 - 6.283185307179586
+    t359 = np.where(t316 > 3.141592653589793, t358, t316)
+    t360 = -t359
+
+    # forearm and valid
+    t361 = t355 - 6.283185307179586
+    t362 = np.where(t355 > 3.6651914291880923, t361, t355)
+    t363 = np.where(t362 > (-1.9222521771937626 if single else -1.9198622801937626), t300, 0.0)
+    t364 = np.where(t362 < (2.9694497283903605 if single else 2.9670598313903604), t363, 0.0)
+
+    # Square roots and arc tangents
+    t365 = _atan2(t309, t185)
+    t366 = _atan2(t310, t220)
+    t367 = _atan2(t311, t254)
+    t368 = _atan2(t312, t280)
+
+    # wrist_bend and valid
+    t369 = np.where(t365 > (-1.7477192519943296 if single else -1.7453293549943296), t321, 0.0)
+    t370 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t369, 0.0)
+    t371 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t328, 0.0)
+    t372 = -t365
+    t373 = np.where(t372 < (1.7477192519943296 if single else 1.7453293549943296), t371, 0.0)
+    t374 = np.where(t366 > (-1.7477192519943296 if single else -1.7453293549943296), t333, 0.0)
+    t375 = np.where(t366 < (1.7477192519943296 if single else 1.7453293549943296), t374, 0.0)
+    t376 = np.where(t366 < (1.7477192519943296 if single else 1.7453293549943296), t340, 0.0)
+    t377 = -t366
+    t378 = np.where(t377 < (1.7477192519943296 if single else 1.7453293549943296), t376, 0.0)
+    t379 = np.where(t367 > (-1.7477192519943296 if single else -1.7453293549943296), t345, 0.0)
+    t380 = np.where(t367 < (1.7477192519943296 if single else 1.7453293549943296), t379, 0.0)
+    t381 = np.where(t367 < (1.7477192519943296 if single else 1.7453293549943296), t352, 0.0)
+    t382 = -t367
+    t383 = np.where(t382 < (1.7477192519943296 if single else 1.7453293549943296), t381, 0.0)
+    t384 = np.where(t368 > (-1.7477192519943296 if single else -1.7453293549943296), t357, 0.0)
+    t385 = np.where(t368 < (1.7477192519943296 if single else 1.7453293549943296), t384, 0.0)
+    t386 = np.where(t368 < (1.7477192519943296 if single else 1.7453293549943296), t364, 0.0)
+    t387 = -t368
+    t388 = np.where(t387 < (1.7477192519943296 if single else 1.7453293549943296), t386, 0.0)
+    return (
+        t137,
+        t206,
+        t212,
+        t318,
+        t365,
+        t324,
+        t137,
+        t206,
+        t212,
+        t326,
+        t372,
+        t302,
+        t137,
+        t237,
+        t242,
+        t330,
+        t366,
+        t336,
+        t137,
+        t237,
+        t242,
+        t338,
+        t377,
+        t304,
+        t141,
+        t270,
+        t242,
+        t342,
+        t367,
+        t348,
+        t141,
+        t270,
+        t242,
+        t350,
+        t382,
+        t306,
+        t141,
+        t298,
+        t212,
+        t354,
+        t368,
+        t360,
+        t141,
+        t298,
+        t212,
+        t362,
+        t387,
+        t308,
+        t370,
+        t373,
+        t375,
+        t378,
+        t380,
+        t383,
+        t385,
+        t388,
     )

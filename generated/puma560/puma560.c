@@ -1,4 +1,4 @@
-/* puma560.c - Forward kinematics of puma560, double precision
+/* puma560.c - Kinematics of puma560, double precision
  *
  * Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouvry
  *
@@ -93,7 +93,7 @@ static void puma560_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +130,10 @@ static void puma560_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -146,6 +146,209 @@ static void puma560_sincos(const double x, double *s, double *c)
 
 #define KINEGEN_PUMA560_SINCOS(x, s, c) puma560_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} puma560_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define PUMA560_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define PUMA560_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define PUMA560_OWN_ROOT
+#endif
+#endif
+
+#ifdef PUMA560_OWN_ROOT
+/* The square root of the processor, as below. */
+static double puma560_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static double puma560_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    puma560_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    puma560_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    puma560_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    puma560_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    puma560_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    puma560_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static double puma560_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    puma560_bits horizontal;
+    horizontal.value = x + 0.0;
+    puma560_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    puma560_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    puma560_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    puma560_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    puma560_bits large;
+    large.bits = width.bits ^ exchanged;
+    puma560_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    puma560_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    puma560_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    puma560_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    puma560_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    puma560_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    puma560_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    puma560_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
 
 void puma560_fk(const double q[restrict PUMA560_DOF], double base_T_tool[restrict 16])
 {
@@ -558,6 +761,5616 @@ void puma560_position(const double q[restrict PUMA560_DOF], double base_p_tool[r
     const double t14 = c1 * PUMA560_D3;
     const double t15 = t14 - t11;
     base_p_tool[1] = t15;
+}
+
+void puma560_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const double t0 = c2 * PUMA560_A2_D4;
+    const double t1 = s2 * -PUMA560_A2_D4;
+    const double t2 = -s1;
+    jacobian[19] = t2;
+    jacobian[20] = t2;
+    const double t3 = -c23;
+    jacobian[33] = t3;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const double t4 = c1 * s23;
+    const double t5 = -t4;
+    jacobian[21] = t5;
+    const double t6 = s1 * s23;
+    const double t7 = -t6;
+    jacobian[27] = t7;
+    const double t8 = s23 * s4;
+    const double t9 = -t8;
+    jacobian[34] = t9;
+
+    /* shoulder and elbow: linear part */
+    const double t10 = s23 * PUMA560_A2_D4;
+    const double t11 = c23 * PUMA560_A3;
+    const double t12 = t10 - t11;
+    jacobian[14] = t12;
+    const double t13 = t12 - t0;
+    jacobian[13] = t13;
+    const double t14 = s23 * -PUMA560_A3;
+    const double t15 = c23 * PUMA560_A2_D4;
+    const double t16 = t14 - t15;
+    const double t17 = t16 + t1;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t18 = c1 * t17;
+    jacobian[1] = t18;
+    const double t19 = s1 * t17;
+    jacobian[7] = t19;
+    const double t20 = c1 * t16;
+    jacobian[2] = t20;
+    const double t21 = s1 * t16;
+    jacobian[8] = t21;
+    const double t22 = s1 * -PUMA560_D3;
+    const double t23 = c1 * t13;
+    const double t24 = t22 - t23;
+    jacobian[6] = t24;
+    const double t25 = s1 * t13;
+    const double t26 = c1 * PUMA560_D3;
+    const double t27 = t25 - t26;
+    jacobian[0] = t27;
+    const double t28 = c23 * s4;
+    const double t29 = s4 * s5;
+    const double t30 = c4 * s5;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: angular part */
+    const double t31 = s1 * c4;
+    const double t32 = c1 * c4;
+    const double t33 = c1 * t28;
+    const double t34 = t33 - t31;
+    jacobian[22] = t34;
+    const double t35 = s1 * t28;
+    const double t36 = t35 + t32;
+    jacobian[28] = t36;
+    const double t37 = c23 * c5;
+    const double t38 = s23 * c5;
+
+    /* shoulder and elbow: angular part */
+    const double t39 = s23 * t30;
+    const double t40 = t39 - t37;
+    jacobian[35] = t40;
+    const double t41 = c23 * t30;
+    const double t42 = t38 + t41;
+
+    /* waist: angular part */
+    const double t43 = s1 * t29;
+    const double t44 = s1 * t42;
+    const double t45 = c1 * t42;
+    const double t46 = t43 + t45;
+    const double t47 = c1 * t29;
+    const double t48 = t47 - t44;
+    jacobian[29] = t48;
+    const double t49 = -t46;
+    jacobian[23] = t49;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0;
+    jacobian[4] = 0.0;
+    jacobian[5] = 0.0;
+    jacobian[9] = 0.0;
+    jacobian[10] = 0.0;
+    jacobian[11] = 0.0;
+    jacobian[12] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[18] = 0.0;
+    jacobian[24] = 0.0;
+    jacobian[30] = 1.0;
+    jacobian[31] = 0.0;
+    jacobian[32] = 0.0;
+}
+
+void puma560_jacobian_local(const double q[restrict PUMA560_DOF], double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s3;
+    double c3;
+    KINEGEN_PUMA560_SINCOS(q[2], &s3, &c3);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    jacobian[33] = c5;
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t0 = s5 * c6;
+    jacobian[21] = t0;
+    const double t1 = c3 * PUMA560_A2_D4;
+    const double t2 = PUMA560_A3 + t1;
+    const double t3 = s3 * PUMA560_A2_D4;
+    const double t4 = t3 - PUMA560_A2_D4;
+    const double t5 = -s6;
+    jacobian[22] = t5;
+    const double t6 = -c6;
+    jacobian[28] = t6;
+    const double t7 = s5 * s6;
+    const double t8 = -t7;
+    jacobian[27] = t8;
+    const double t9 = s4 * s5;
+    jacobian[31] = t9;
+    jacobian[32] = t9;
+    const double t10 = s4 * c5;
+    const double t11 = c4 * s6;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t12 = c6 * t10;
+    const double t13 = t11 + t12;
+    const double t14 = s6 * t10;
+    const double t15 = -t13;
+    jacobian[19] = t15;
+    jacobian[20] = t15;
+    const double t16 = c4 * c6;
+    const double t17 = t14 - t16;
+    jacobian[25] = t17;
+    jacobian[26] = t17;
+    const double t18 = s23 * c4;
+    const double t19 = s23 * s4;
+    const double t20 = c23 * c5;
+    const double t21 = c23 * s5;
+
+    /* wrist_bend: linear part and angular part */
+    const double t22 = s5 * t18;
+    const double t23 = t22 - t20;
+    jacobian[30] = t23;
+    const double t24 = c5 * t18;
+    const double t25 = t21 + t24;
+
+    /* forearm and flange: linear part and angular part */
+    const double t26 = c6 * t25;
+    const double t27 = s6 * t25;
+    const double t28 = s6 * t19;
+    const double t29 = t28 - t26;
+    jacobian[18] = t29;
+    const double t30 = c6 * t19;
+    const double t31 = t27 + t30;
+    jacobian[24] = t31;
+    const double t32 = c4 * PUMA560_A2_D4;
+    const double t33 = s4 * PUMA560_A2_D4;
+
+    /* wrist_bend: linear part */
+    const double t34 = c5 * PUMA560_A3;
+    const double t35 = s5 * t32;
+    const double t36 = t34 + t35;
+    jacobian[14] = t36;
+    const double t37 = c5 * t32;
+    const double t38 = s5 * PUMA560_A3;
+    const double t39 = t37 - t38;
+
+    /* flange: linear part */
+    const double t40 = c6 * t39;
+    const double t41 = s6 * t39;
+    const double t42 = s6 * t33;
+    const double t43 = t42 - t40;
+    jacobian[2] = t43;
+    const double t44 = c6 * t33;
+    const double t45 = t41 + t44;
+    jacobian[8] = t45;
+
+    /* forearm: linear part */
+    const double t46 = s4 * PUMA560_D3;
+    const double t47 = s4 * t2;
+    const double t48 = c4 * t2;
+    const double t49 = t48 - t46;
+    const double t50 = c4 * PUMA560_D3;
+    const double t51 = t50 + t47;
+
+    /* wrist_bend: linear part */
+    const double t52 = s5 * t4;
+    const double t53 = s5 * t49;
+    const double t54 = c5 * t49;
+    const double t55 = t54 - t52;
+    const double t56 = c5 * t4;
+    const double t57 = t53 + t56;
+
+    /* wrist_bend and flange: linear part */
+    const double t58 = c6 * t55;
+    const double t59 = s6 * t55;
+    const double t60 = s6 * t51;
+    const double t61 = t58 - t60;
+    const double t62 = c6 * t51;
+    const double t63 = t59 + t62;
+    const double t64 = t17 * t57;
+    const double t65 = t17 * t61;
+    const double t66 = t9 * t63;
+    const double t67 = t66 - t64;
+    jacobian[1] = t67;
+    const double t68 = t9 * t61;
+    const double t69 = t13 * t57;
+    const double t70 = t68 - t69;
+    jacobian[7] = t70;
+    const double t71 = t13 * t63;
+    const double t72 = t71 - t65;
+    jacobian[13] = t72;
+    const double t73 = t31 * t57;
+    const double t74 = t29 * t57;
+
+    /* flange: linear part */
+    const double t75 = t31 * t61;
+    const double t76 = t23 * t61;
+    const double t77 = t74 + t76;
+    jacobian[6] = t77;
+    const double t78 = t23 * t63;
+    const double t79 = t78 - t73;
+    jacobian[0] = t79;
+    const double t80 = t29 * t63;
+    const double t81 = t75 + t80;
+    const double t82 = -t81;
+    jacobian[12] = t82;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0;
+    jacobian[4] = 0.0;
+    jacobian[5] = 0.0;
+    jacobian[9] = 0.0;
+    jacobian[10] = 0.0;
+    jacobian[11] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[23] = 0.0;
+    jacobian[29] = 0.0;
+    jacobian[34] = 0.0;
+    jacobian[35] = 1.0;
+}
+
+void puma560_jacobian_world(const double q[restrict PUMA560_DOF], double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t0 = c2 * PUMA560_A2_D4;
+    jacobian[14] = t0;
+    const double t1 = s2 * PUMA560_A2_D4;
+    const double t2 = c1 * t1;
+    jacobian[2] = t2;
+    const double t3 = s1 * t1;
+    jacobian[8] = t3;
+    const double t4 = -s1;
+    jacobian[19] = t4;
+    jacobian[20] = t4;
+    const double t5 = -c23;
+    jacobian[33] = t5;
+    const double t6 = c1 * s23;
+    const double t7 = -t6;
+    jacobian[21] = t7;
+    const double t8 = s1 * s23;
+    const double t9 = -t8;
+    jacobian[27] = t9;
+    const double t10 = s23 * s4;
+    const double t11 = -t10;
+    jacobian[34] = t11;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t12 = c23 * s4;
+    const double t13 = s4 * s5;
+    const double t14 = c4 * s5;
+    const double t15 = s1 * c4;
+    const double t16 = c1 * c4;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t17 = c1 * t12;
+    const double t18 = t17 - t15;
+    jacobian[22] = t18;
+    const double t19 = s1 * t12;
+    const double t20 = t19 + t16;
+    jacobian[28] = t20;
+    const double t21 = c23 * c5;
+    const double t22 = s23 * c5;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t23 = s23 * t14;
+    const double t24 = t23 - t21;
+    jacobian[35] = t24;
+    const double t25 = c23 * t14;
+    const double t26 = t22 + t25;
+
+    /* waist: linear part and angular part */
+    const double t27 = s1 * t13;
+    const double t28 = c1 * t13;
+    const double t29 = c1 * t26;
+    const double t30 = t27 + t29;
+    const double t31 = s1 * t26;
+    const double t32 = t28 - t31;
+    jacobian[29] = t32;
+    const double t33 = -t30;
+    jacobian[23] = t33;
+
+    /* shoulder and elbow: linear part */
+    const double t34 = s23 * PUMA560_A2_D4;
+    const double t35 = s23 * PUMA560_A3;
+    const double t36 = c23 * PUMA560_A3;
+    const double t37 = t34 - t36;
+    const double t38 = t37 - t0;
+    const double t39 = c23 * PUMA560_A2_D4;
+    const double t40 = t35 + t39;
+    const double t41 = t1 + t40;
+
+    /* waist: linear part */
+    const double t42 = s1 * PUMA560_D3;
+    const double t43 = s1 * t38;
+    const double t44 = c1 * t38;
+    const double t45 = t42 + t44;
+    const double t46 = c1 * PUMA560_D3;
+    const double t47 = t43 - t46;
+
+    /* waist, shoulder and elbow: linear part */
+    const double t48 = c23 * t47;
+    const double t49 = c23 * t45;
+    const double t50 = t8 * t41;
+    const double t51 = t48 - t50;
+    jacobian[3] = t51;
+    const double t52 = t8 * t45;
+    const double t53 = t6 * t41;
+    const double t54 = t53 - t49;
+    jacobian[9] = t54;
+    const double t55 = t6 * t47;
+    const double t56 = t52 - t55;
+    jacobian[15] = t56;
+    const double t57 = t10 * t47;
+    const double t58 = t10 * t45;
+    const double t59 = t20 * t41;
+    const double t60 = t57 + t59;
+    jacobian[4] = t60;
+    const double t61 = t20 * t45;
+    const double t62 = t18 * t41;
+    const double t63 = t58 + t62;
+    const double t64 = -t63;
+    jacobian[10] = t64;
+    const double t65 = t18 * t47;
+    const double t66 = t65 - t61;
+    jacobian[16] = t66;
+    const double t67 = t32 * t41;
+    const double t68 = t30 * t41;
+    const double t69 = t30 * t47;
+    const double t70 = t24 * t47;
+    const double t71 = t67 - t70;
+    jacobian[5] = t71;
+    const double t72 = t24 * t45;
+    const double t73 = t72 + t68;
+    jacobian[11] = t73;
+    const double t74 = t32 * t45;
+    const double t75 = t69 + t74;
+    const double t76 = -t75;
+    jacobian[17] = t76;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0;
+    jacobian[1] = 0.0;
+    jacobian[6] = 0.0;
+    jacobian[7] = 0.0;
+    jacobian[12] = 0.0;
+    jacobian[13] = 0.0;
+    jacobian[18] = 0.0;
+    jacobian[24] = 0.0;
+    jacobian[30] = 1.0;
+    jacobian[31] = 0.0;
+    jacobian[32] = 0.0;
+}
+
+void puma560_fk_jacobian(const double q[restrict PUMA560_DOF], double base_T_tool[restrict 16],
+                         double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const double t0 = c2 * PUMA560_A2_D4;
+    const double t1 = s2 * PUMA560_A2_D4;
+    const double t2 = -s1;
+    jacobian[19] = t2;
+    jacobian[20] = t2;
+    const double t3 = -c23;
+    jacobian[33] = t3;
+    const double t4 = c5 * c6;
+    const double t5 = s5 * c6;
+    const double t6 = s4 * s6;
+    const double t7 = c4 * s6;
+
+    /* forearm and wrist_bend: rotation and angular part */
+    const double t8 = c4 * t4;
+    const double t9 = t6 - t8;
+    const double t10 = s4 * t4;
+    const double t11 = t10 + t7;
+    const double t12 = c4 * s5;
+    const double t13 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rotation and angular part */
+    const double t14 = c23 * t9;
+    const double t15 = s23 * t9;
+    const double t16 = s23 * t5;
+    const double t17 = t14 + t16;
+    const double t18 = c23 * t5;
+    const double t19 = t15 - t18;
+    base_T_tool[8] = t19;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* shoulder and elbow: rotation and angular part */
+    const double t22 = c23 * t12;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t12;
+    const double t25 = t24 - t21;
+    base_T_tool[10] = t25;
+    jacobian[35] = t25;
+
+    /* shoulder, elbow and forearm: position, linear part and angular part */
+    const double t26 = s23 * PUMA560_A2_D4;
+    const double t27 = c23 * PUMA560_A3;
+    const double t28 = t26 - t27;
+    jacobian[14] = t28;
+    const double t29 = t28 - t0;
+    jacobian[13] = t29;
+    const double t30 = s23 * -PUMA560_A3;
+    const double t31 = c23 * PUMA560_A2_D4;
+    const double t32 = t30 - t31;
+    const double t33 = t32 - t1;
+    base_T_tool[11] = t33;
+    const double t34 = c23 * s4;
+    const double t35 = s23 * s4;
+    const double t36 = -t35;
+    jacobian[34] = t36;
+
+    /* waist: linear part */
+    const double t37 = c1 * t33;
+    jacobian[1] = t37;
+    const double t38 = s1 * t33;
+    jacobian[7] = t38;
+    const double t39 = c1 * t32;
+    jacobian[2] = t39;
+    const double t40 = s1 * t32;
+    jacobian[8] = t40;
+
+    /* waist: rotation */
+    const double t41 = c1 * t17;
+    const double t42 = s1 * t17;
+    const double t43 = s1 * t11;
+    const double t44 = t43 - t41;
+    base_T_tool[0] = t44;
+    const double t45 = c1 * t11;
+    const double t46 = t42 + t45;
+    const double t47 = -t46;
+    base_T_tool[4] = t47;
+
+    /* waist: rotation and angular part */
+    const double t48 = s1 * t13;
+    const double t49 = c1 * t13;
+    const double t50 = c1 * t23;
+    const double t51 = t48 + t50;
+    const double t52 = s1 * t23;
+    const double t53 = t49 - t52;
+    base_T_tool[6] = t53;
+    jacobian[29] = t53;
+    const double t54 = -t51;
+    base_T_tool[2] = t54;
+    jacobian[23] = t54;
+
+    /* waist: position and linear part */
+    const double t55 = s1 * -PUMA560_D3;
+    const double t56 = c1 * t29;
+    const double t57 = t55 - t56;
+    base_T_tool[3] = t57;
+    jacobian[6] = t57;
+    const double t58 = s1 * t29;
+    const double t59 = c1 * PUMA560_D3;
+    const double t60 = t58 - t59;
+    jacobian[0] = t60;
+    const double t61 = -t60;
+    base_T_tool[7] = t61;
+
+    /* waist: rotation */
+    const double t62 = t19 * t53;
+    const double t63 = t19 * t51;
+    const double t64 = t46 * t51;
+    const double t65 = t25 * t46;
+    const double t66 = t62 + t65;
+    base_T_tool[1] = t66;
+    const double t67 = t25 * t44;
+    const double t68 = t63 + t67;
+    base_T_tool[5] = t68;
+    const double t69 = t44 * t53;
+    const double t70 = t64 - t69;
+    base_T_tool[9] = t70;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const double t71 = c1 * s23;
+    const double t72 = -t71;
+    jacobian[21] = t72;
+    const double t73 = s1 * s23;
+    const double t74 = -t73;
+    jacobian[27] = t74;
+    const double t75 = s1 * c4;
+    const double t76 = s1 * t34;
+    const double t77 = c1 * t34;
+    const double t78 = t77 - t75;
+    jacobian[22] = t78;
+    const double t79 = c1 * c4;
+    const double t80 = t76 + t79;
+    jacobian[28] = t80;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0;
+    jacobian[4] = 0.0;
+    jacobian[5] = 0.0;
+    jacobian[9] = 0.0;
+    jacobian[10] = 0.0;
+    jacobian[11] = 0.0;
+    jacobian[12] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[18] = 0.0;
+    jacobian[24] = 0.0;
+    jacobian[30] = 1.0;
+    jacobian[31] = 0.0;
+    jacobian[32] = 0.0;
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+void puma560_fk_jacobian_local(const double q[restrict PUMA560_DOF], double base_T_tool[restrict 16],
+                               double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    jacobian[33] = c5;
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder, forearm, wrist_bend and flange: all results */
+    const double t0 = c2 * PUMA560_A2_D4;
+    const double t1 = s2 * PUMA560_A2_D4;
+    const double t2 = -s6;
+    jacobian[22] = t2;
+    const double t3 = -c6;
+    jacobian[28] = t3;
+    const double t4 = c5 * c6;
+    const double t5 = c5 * s6;
+    const double t6 = s4 * s6;
+    const double t7 = c4 * t4;
+    const double t8 = t7 - t6;
+    const double t9 = s4 * t4;
+    const double t10 = s4 * c6;
+    const double t11 = c4 * t5;
+    const double t12 = t10 + t11;
+    const double t13 = s4 * t5;
+    const double t14 = c4 * s5;
+
+    /* shoulder, elbow, wrist_bend and flange: rotation, linear part and angular part */
+    const double t15 = s5 * c6;
+    jacobian[21] = t15;
+    const double t16 = s5 * s6;
+    const double t17 = -t16;
+    jacobian[27] = t17;
+    const double t18 = s23 * t15;
+    const double t19 = c23 * t15;
+    const double t20 = c23 * t8;
+    const double t21 = t20 - t18;
+    const double t22 = s23 * t8;
+    const double t23 = t22 + t19;
+    const double t24 = -t23;
+    base_T_tool[8] = t24;
+    jacobian[18] = t24;
+    const double t25 = s23 * t16;
+    const double t26 = c23 * t16;
+    const double t27 = c23 * t12;
+    const double t28 = t25 - t27;
+    const double t29 = s23 * t12;
+    const double t30 = t29 + t26;
+    base_T_tool[9] = t30;
+    jacobian[24] = t30;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part */
+    const double t31 = s23 * c5;
+    const double t32 = c23 * t14;
+    const double t33 = t31 + t32;
+    const double t34 = s23 * t14;
+    const double t35 = c4 * s6;
+    const double t36 = t9 + t35;
+    const double t37 = -t36;
+    jacobian[19] = t37;
+    jacobian[20] = t37;
+    const double t38 = c4 * c6;
+    const double t39 = t13 - t38;
+    jacobian[25] = t39;
+    jacobian[26] = t39;
+    const double t40 = s4 * s5;
+    jacobian[31] = t40;
+    jacobian[32] = t40;
+
+    /* waist: rotation */
+    const double t41 = s1 * t36;
+    const double t42 = c1 * t21;
+    const double t43 = t41 + t42;
+    base_T_tool[0] = t43;
+    const double t44 = s1 * t21;
+    const double t45 = s1 * t39;
+    const double t46 = c1 * t28;
+    const double t47 = t46 - t45;
+    base_T_tool[1] = t47;
+    const double t48 = s1 * t28;
+    const double t49 = s1 * t40;
+    const double t50 = c1 * t33;
+    const double t51 = t49 + t50;
+    const double t52 = -t51;
+    base_T_tool[2] = t52;
+    const double t53 = s1 * t33;
+    const double t54 = c1 * t36;
+    const double t55 = t44 - t54;
+    base_T_tool[4] = t55;
+    const double t56 = c1 * t39;
+    const double t57 = t48 + t56;
+    base_T_tool[5] = t57;
+    const double t58 = c1 * t40;
+    const double t59 = t58 - t53;
+    base_T_tool[6] = t59;
+
+    /* shoulder, elbow and wrist_bend: all results */
+    const double t60 = c23 * c5;
+    const double t61 = t34 - t60;
+    base_T_tool[10] = t61;
+    jacobian[30] = t61;
+    const double t62 = s23 * PUMA560_A2_D4;
+    const double t63 = c23 * PUMA560_A3;
+    const double t64 = t62 - t63;
+    const double t65 = t64 - t0;
+    const double t66 = s23 * -PUMA560_A3;
+    const double t67 = c23 * PUMA560_A2_D4;
+    const double t68 = t66 - t67;
+    const double t69 = t68 - t1;
+    base_T_tool[11] = t69;
+
+    /* waist and forearm: position and linear part */
+    const double t70 = s1 * -PUMA560_D3;
+    const double t71 = s1 * t65;
+    const double t72 = c1 * t65;
+    const double t73 = t70 - t72;
+    base_T_tool[3] = t73;
+    const double t74 = c1 * PUMA560_D3;
+    const double t75 = t74 - t71;
+    base_T_tool[7] = t75;
+    const double t76 = c4 * PUMA560_A2_D4;
+    const double t77 = s4 * PUMA560_A2_D4;
+
+    /* wrist_bend: linear part */
+    const double t78 = c5 * PUMA560_A3;
+    const double t79 = s5 * t76;
+    const double t80 = t78 + t79;
+    jacobian[14] = t80;
+    const double t81 = c5 * t76;
+    const double t82 = s5 * PUMA560_A3;
+    const double t83 = t81 - t82;
+
+    /* flange: linear part */
+    const double t84 = c6 * t83;
+    const double t85 = s6 * t83;
+    const double t86 = s6 * t77;
+    const double t87 = t86 - t84;
+    jacobian[2] = t87;
+    const double t88 = c6 * t77;
+    const double t89 = t85 + t88;
+    jacobian[8] = t89;
+
+    /* shoulder and elbow: linear part */
+    const double t90 = s23 * t1;
+    const double t91 = c23 * t1;
+    const double t92 = c23 * t0;
+    const double t93 = t90 + t92;
+    const double t94 = s23 * t0;
+    const double t95 = t94 - t91;
+    const double t96 = PUMA560_A3 + t93;
+    const double t97 = t95 - PUMA560_A2_D4;
+
+    /* forearm: linear part */
+    const double t98 = s4 * PUMA560_D3;
+    const double t99 = s4 * t96;
+    const double t100 = c4 * t96;
+    const double t101 = t100 - t98;
+    const double t102 = c4 * PUMA560_D3;
+    const double t103 = t102 + t99;
+
+    /* wrist_bend: linear part */
+    const double t104 = s5 * t97;
+    const double t105 = s5 * t101;
+    const double t106 = c5 * t101;
+    const double t107 = t106 - t104;
+    const double t108 = c5 * t97;
+    const double t109 = t105 + t108;
+
+    /* wrist_bend and flange: linear part */
+    const double t110 = c6 * t107;
+    const double t111 = s6 * t107;
+    const double t112 = s6 * t103;
+    const double t113 = t110 - t112;
+    const double t114 = c6 * t103;
+    const double t115 = t111 + t114;
+    const double t116 = t40 * t115;
+    const double t117 = t40 * t113;
+    const double t118 = t39 * t109;
+    const double t119 = t116 - t118;
+    jacobian[1] = t119;
+    const double t120 = t39 * t113;
+    const double t121 = t36 * t109;
+    const double t122 = t117 - t121;
+    jacobian[7] = t122;
+    const double t123 = t36 * t115;
+    const double t124 = t123 - t120;
+    jacobian[13] = t124;
+    const double t125 = t61 * t115;
+    const double t126 = t61 * t113;
+    const double t127 = t23 * t115;
+    const double t128 = t23 * t109;
+    const double t129 = t126 - t128;
+    jacobian[6] = t129;
+    const double t130 = t30 * t109;
+    const double t131 = t125 - t130;
+    jacobian[0] = t131;
+    const double t132 = t30 * t113;
+    const double t133 = t127 - t132;
+    jacobian[12] = t133;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0;
+    jacobian[4] = 0.0;
+    jacobian[5] = 0.0;
+    jacobian[9] = 0.0;
+    jacobian[10] = 0.0;
+    jacobian[11] = 0.0;
+    jacobian[15] = 0.0;
+    jacobian[16] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[23] = 0.0;
+    jacobian[29] = 0.0;
+    jacobian[34] = 0.0;
+    jacobian[35] = 1.0;
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+void puma560_fk_jacobian_world(const double q[restrict PUMA560_DOF], double base_T_tool[restrict 16],
+                               double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const double t0 = c2 * PUMA560_A2_D4;
+    jacobian[14] = t0;
+    const double t1 = s2 * PUMA560_A2_D4;
+    const double t2 = c1 * t1;
+    jacobian[2] = t2;
+    const double t3 = s1 * t1;
+    jacobian[8] = t3;
+    const double t4 = -s1;
+    jacobian[19] = t4;
+    jacobian[20] = t4;
+    const double t5 = -c23;
+    jacobian[33] = t5;
+    const double t6 = c5 * c6;
+    const double t7 = s5 * c6;
+    const double t8 = s4 * s6;
+    const double t9 = c4 * s6;
+
+    /* forearm and wrist_bend: rotation, linear part and angular part */
+    const double t10 = c4 * t6;
+    const double t11 = t8 - t10;
+    const double t12 = s4 * t6;
+    const double t13 = t12 + t9;
+    const double t14 = c4 * s5;
+    const double t15 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rotation, linear part and angular part */
+    const double t16 = c23 * t11;
+    const double t17 = s23 * t11;
+    const double t18 = s23 * t7;
+    const double t19 = t16 + t18;
+    const double t20 = c23 * t7;
+    const double t21 = t17 - t20;
+    base_T_tool[8] = t21;
+    const double t22 = s23 * c5;
+    const double t23 = c23 * c5;
+
+    /* shoulder and elbow: rotation, linear part and angular part */
+    const double t24 = c23 * t14;
+    const double t25 = t22 + t24;
+    const double t26 = s23 * t14;
+    const double t27 = t26 - t23;
+    base_T_tool[10] = t27;
+    jacobian[35] = t27;
+
+    /* shoulder and elbow: position and linear part */
+    const double t28 = s23 * PUMA560_A2_D4;
+    const double t29 = c23 * PUMA560_A3;
+    const double t30 = t28 - t29;
+    const double t31 = t30 - t0;
+    const double t32 = s23 * PUMA560_A3;
+    const double t33 = c23 * PUMA560_A2_D4;
+    const double t34 = t32 + t33;
+    const double t35 = t34 + t1;
+    const double t36 = -t35;
+    base_T_tool[11] = t36;
+
+    /* waist: rotation */
+    const double t37 = c1 * t19;
+    const double t38 = s1 * t19;
+    const double t39 = s1 * t13;
+    const double t40 = t39 - t37;
+    base_T_tool[0] = t40;
+    const double t41 = c1 * t13;
+    const double t42 = t38 + t41;
+    const double t43 = -t42;
+    base_T_tool[4] = t43;
+
+    /* waist: rotation, linear part and angular part */
+    const double t44 = s1 * t15;
+    const double t45 = c1 * t15;
+    const double t46 = c1 * t25;
+    const double t47 = t44 + t46;
+    const double t48 = s1 * t25;
+    const double t49 = t45 - t48;
+    base_T_tool[6] = t49;
+    jacobian[29] = t49;
+    const double t50 = -t47;
+    base_T_tool[2] = t50;
+    jacobian[23] = t50;
+
+    /* waist: position and linear part */
+    const double t51 = s1 * -PUMA560_D3;
+    const double t52 = c1 * t31;
+    const double t53 = t51 - t52;
+    base_T_tool[3] = t53;
+    const double t54 = s1 * t31;
+    const double t55 = c1 * PUMA560_D3;
+    const double t56 = t55 - t54;
+    base_T_tool[7] = t56;
+
+    /* waist, shoulder and elbow: rotation, linear part and angular part */
+    const double t57 = t21 * t49;
+    const double t58 = t21 * t47;
+    const double t59 = t27 * t42;
+    const double t60 = t57 + t59;
+    base_T_tool[1] = t60;
+    const double t61 = t42 * t47;
+    const double t62 = t27 * t40;
+    const double t63 = t58 + t62;
+    base_T_tool[5] = t63;
+    const double t64 = t40 * t49;
+    const double t65 = t61 - t64;
+    base_T_tool[9] = t65;
+    const double t66 = c1 * s23;
+    const double t67 = -t66;
+    jacobian[21] = t67;
+    const double t68 = s1 * s23;
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t69 = s23 * s4;
+    const double t70 = c23 * s4;
+    const double t71 = -t68;
+    jacobian[27] = t71;
+    const double t72 = -t69;
+    jacobian[34] = t72;
+    const double t73 = s1 * c4;
+    const double t74 = s1 * t70;
+    const double t75 = c1 * t70;
+    const double t76 = t75 - t73;
+    jacobian[22] = t76;
+    const double t77 = c1 * c4;
+    const double t78 = t74 + t77;
+    jacobian[28] = t78;
+    const double t79 = c23 * t56;
+    const double t80 = c23 * t53;
+
+    /* waist, shoulder, elbow and forearm: linear part */
+    const double t81 = t35 * t68;
+    const double t82 = t79 + t81;
+    const double t83 = -t82;
+    jacobian[3] = t83;
+    const double t84 = t53 * t68;
+    const double t85 = t35 * t66;
+    const double t86 = t80 + t85;
+    jacobian[9] = t86;
+    const double t87 = t56 * t66;
+    const double t88 = t87 - t84;
+    jacobian[15] = t88;
+    const double t89 = t35 * t78;
+    const double t90 = t53 * t78;
+    const double t91 = t56 * t69;
+    const double t92 = t89 - t91;
+    jacobian[4] = t92;
+    const double t93 = t53 * t69;
+
+    /* waist: linear part */
+    const double t94 = t35 * t76;
+    const double t95 = t93 - t94;
+    jacobian[10] = t95;
+    const double t96 = t56 * t76;
+    const double t97 = t90 - t96;
+    jacobian[16] = t97;
+    const double t98 = t27 * t56;
+    const double t99 = t27 * t53;
+    const double t100 = t47 * t56;
+    const double t101 = t35 * t47;
+    const double t102 = t101 - t99;
+    jacobian[11] = t102;
+    const double t103 = t35 * t49;
+    const double t104 = t98 + t103;
+    jacobian[5] = t104;
+    const double t105 = t49 * t53;
+    const double t106 = t100 + t105;
+    jacobian[17] = t106;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0;
+    jacobian[1] = 0.0;
+    jacobian[6] = 0.0;
+    jacobian[7] = 0.0;
+    jacobian[12] = 0.0;
+    jacobian[13] = 0.0;
+    jacobian[18] = 0.0;
+    jacobian[24] = 0.0;
+    jacobian[30] = 1.0;
+    jacobian[31] = 0.0;
+    jacobian[32] = 0.0;
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+void puma560_twist(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                   double twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * s5;
+    const double t1 = qd[5] * c5;
+    const double t2 = qd[3] + t1;
+    const double t3 = c2 * PUMA560_A2_D4;
+    const double t4 = s2 * PUMA560_A2_D4;
+
+    /* forearm: angular part */
+    const double t5 = qd[4] * s4;
+    const double t6 = s4 * t0;
+    const double t7 = c4 * t0;
+    const double t8 = t7 - t5;
+    const double t9 = qd[4] * c4;
+    const double t10 = t9 + t6;
+    const double t11 = qd[2] + t10;
+    const double t12 = qd[1] + t11;
+
+    /* shoulder and elbow: linear part */
+    const double t13 = s23 * PUMA560_A2_D4;
+    const double t14 = c23 * PUMA560_A3;
+    const double t15 = t13 - t14;
+    const double t16 = t15 - t3;
+    const double t17 = qd[2] * t15;
+    const double t18 = s23 * PUMA560_A3;
+    const double t19 = c23 * PUMA560_A2_D4;
+    const double t20 = t18 + t19;
+    const double t21 = t20 + t4;
+    const double t22 = qd[2] * t20;
+    const double t23 = qd[1] * t21;
+    const double t24 = t22 + t23;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t25 = s23 * t2;
+    const double t26 = s23 * t8;
+    const double t27 = c23 * t8;
+    const double t28 = t25 + t27;
+    const double t29 = c23 * t2;
+    const double t30 = t29 - t26;
+    const double t31 = qd[0] - t30;
+    twist[5] = t31;
+    const double t32 = qd[1] * t16;
+    const double t33 = t17 + t32;
+    twist[2] = t33;
+
+    /* waist: linear part */
+    const double t34 = s1 * PUMA560_D3;
+    const double t35 = c1 * t16;
+    const double t36 = t34 + t35;
+    const double t37 = s1 * t16;
+    const double t38 = qd[0] * t36;
+    const double t39 = c1 * PUMA560_D3;
+    const double t40 = t37 - t39;
+    const double t41 = qd[0] * t40;
+    const double t42 = c1 * t24;
+    const double t43 = t41 - t42;
+    twist[0] = t43;
+    const double t44 = s1 * t24;
+    const double t45 = t44 + t38;
+    const double t46 = -t45;
+    twist[1] = t46;
+
+    /* waist: angular part */
+    const double t47 = s1 * t12;
+    const double t48 = c1 * t12;
+    const double t49 = c1 * t28;
+    const double t50 = t47 + t49;
+    const double t51 = s1 * t28;
+    const double t52 = t48 - t51;
+    twist[4] = t52;
+    const double t53 = -t50;
+    twist[3] = t53;
+}
+
+void puma560_twist_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                         double twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s3;
+    double c3;
+    KINEGEN_PUMA560_SINCOS(q[2], &s3, &c3);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t0 = qd[0] * s23;
+    const double t1 = qd[0] * c23;
+    const double t2 = qd[1] * s3;
+    const double t3 = PUMA560_A2_D4 * t2;
+    const double t4 = s3 * t0;
+    const double t5 = PUMA560_A2_D4 * t4;
+    const double t6 = c3 * t1;
+    const double t7 = PUMA560_A2_D4 * t6;
+    const double t8 = t5 + t7;
+    const double t9 = qd[1] * c3;
+    const double t10 = PUMA560_A2_D4 * t9;
+    const double t11 = qd[1] + qd[2];
+    const double t12 = t1 * PUMA560_D3;
+    const double t13 = t12 - t3;
+    const double t14 = t1 * PUMA560_A3;
+    const double t15 = t8 + t14;
+    const double t16 = qd[3] - t1;
+    const double t17 = t0 * PUMA560_D3;
+    const double t18 = t10 + t17;
+    const double t19 = t11 * PUMA560_A3;
+    const double t20 = t19 + t18;
+
+    /* forearm: linear part */
+    const double t21 = s4 * t15;
+    const double t22 = c4 * t15;
+    const double t23 = c4 * t13;
+    const double t24 = t21 + t23;
+    const double t25 = s4 * t13;
+    const double t26 = t25 - t22;
+
+    /* forearm: linear part and angular part */
+    const double t27 = s4 * t11;
+    const double t28 = c4 * t11;
+    const double t29 = c4 * t0;
+    const double t30 = t27 + t29;
+    const double t31 = s4 * t0;
+    const double t32 = t31 - t28;
+    const double t33 = PUMA560_A2_D4 * t32;
+    const double t34 = t24 - t33;
+    const double t35 = t32 - qd[4];
+    const double t36 = PUMA560_A2_D4 * t30;
+    const double t37 = t26 + t36;
+
+    /* wrist_bend: linear part */
+    const double t38 = c5 * t34;
+    const double t39 = s5 * t34;
+    const double t40 = s5 * t20;
+    const double t41 = t40 - t38;
+    const double t42 = c5 * t20;
+    const double t43 = t39 + t42;
+    twist[2] = t43;
+
+    /* wrist_bend: angular part */
+    const double t44 = s5 * t16;
+    const double t45 = s5 * t30;
+    const double t46 = c5 * t30;
+    const double t47 = t46 - t44;
+    const double t48 = c5 * t16;
+    const double t49 = t45 + t48;
+    const double t50 = qd[5] + t49;
+    twist[5] = t50;
+
+    /* flange: linear part */
+    const double t51 = s6 * t37;
+    const double t52 = c6 * t37;
+    const double t53 = c6 * t41;
+    const double t54 = t51 + t53;
+    twist[0] = t54;
+    const double t55 = s6 * t41;
+    const double t56 = t52 - t55;
+    twist[1] = t56;
+
+    /* flange: angular part */
+    const double t57 = s6 * t35;
+    const double t58 = s6 * t47;
+    const double t59 = c6 * t47;
+    const double t60 = t57 - t59;
+    twist[3] = t60;
+    const double t61 = c6 * t35;
+    const double t62 = t58 + t61;
+    twist[4] = t62;
+}
+
+void puma560_twist_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                         double twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * s5;
+    const double t1 = qd[5] * c5;
+    const double t2 = qd[3] + t1;
+    const double t3 = qd[4] * 0.4318;
+    const double t4 = t0 * PUMA560_A2_D4;
+
+    /* forearm: linear part */
+    const double t5 = s4 * t4;
+    const double t6 = c4 * t4;
+    const double t7 = c4 * t3;
+    const double t8 = t5 + t7;
+    const double t9 = s4 * t3;
+    const double t10 = t9 - t6;
+
+    /* forearm: linear part and angular part */
+    const double t11 = qd[4] * s4;
+    const double t12 = s4 * t0;
+    const double t13 = c4 * t0;
+    const double t14 = t13 - t11;
+    const double t15 = qd[4] * c4;
+    const double t16 = t15 + t12;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const double t17 = t2 * PUMA560_D3;
+    const double t18 = t17 - t8;
+    const double t19 = t2 * PUMA560_A3;
+    const double t20 = t19 - t10;
+    const double t21 = t14 * PUMA560_D3;
+    const double t22 = t16 * PUMA560_A3;
+    const double t23 = t21 + t22;
+    const double t24 = qd[2] + t16;
+
+    /* shoulder and elbow: linear part */
+    const double t25 = s23 * t23;
+    const double t26 = c23 * t23;
+    const double t27 = c23 * t18;
+    const double t28 = t27 - t25;
+    const double t29 = s23 * t18;
+    const double t30 = t29 + t26;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t31 = s23 * t2;
+    const double t32 = s23 * t14;
+    const double t33 = c23 * t14;
+    const double t34 = t31 + t33;
+    const double t35 = c23 * t2;
+    const double t36 = t35 - t32;
+    const double t37 = qd[0] - t36;
+    twist[5] = t37;
+
+    /* shoulder: linear part */
+    const double t38 = c2 * t36;
+    const double t39 = PUMA560_A2_D4 * t38;
+    const double t40 = c2 * t24;
+    const double t41 = PUMA560_A2_D4 * t40;
+    const double t42 = t30 + t41;
+    twist[2] = t42;
+    const double t43 = s2 * t24;
+    const double t44 = PUMA560_A2_D4 * t43;
+    const double t45 = t44 - t28;
+    const double t46 = s2 * t34;
+    const double t47 = PUMA560_A2_D4 * t46;
+    const double t48 = t20 + t47;
+    const double t49 = t39 + t48;
+
+    /* waist and forearm: linear part and angular part */
+    const double t50 = qd[1] + t24;
+    const double t51 = s1 * t49;
+    const double t52 = c1 * t49;
+    const double t53 = c1 * t45;
+    const double t54 = t53 - t51;
+    twist[0] = t54;
+    const double t55 = s1 * t45;
+    const double t56 = t52 + t55;
+    twist[1] = t56;
+
+    /* waist: angular part */
+    const double t57 = s1 * t50;
+    const double t58 = c1 * t50;
+    const double t59 = c1 * t34;
+    const double t60 = t57 + t59;
+    const double t61 = s1 * t34;
+    const double t62 = t58 - t61;
+    twist[4] = t62;
+    const double t63 = -t60;
+    twist[3] = t63;
+}
+
+void puma560_bias_acceleration(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                               double bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * s5;
+    const double t1 = qd[5] * c5;
+    const double t2 = c2 * 0.4318;
+    const double t3 = s2 * 0.4318;
+    const double t4 = qd[4] * t1;
+    const double t5 = qd[3] + t1;
+    const double t6 = qd[4] * t0;
+
+    /* forearm: angular part */
+    const double t7 = qd[4] * s4;
+    const double t8 = c4 * t0;
+    const double t9 = t8 - t7;
+    const double t10 = s4 * t0;
+    const double t11 = s4 * t4;
+    const double t12 = c4 * t4;
+    const double t13 = qd[4] * c4;
+    const double t14 = t13 + t10;
+    const double t15 = qd[3] * t14;
+    const double t16 = t15 - t12;
+    const double t17 = qd[2] + t14;
+    const double t18 = qd[1] + t17;
+    const double t19 = qd[3] * t9;
+    const double t20 = t11 + t19;
+
+    /* shoulder and elbow: linear part */
+    const double t21 = s23 * 0.4318;
+    const double t22 = c23 * 0.0203;
+    const double t23 = t21 - t22;
+    const double t24 = t23 - t2;
+    const double t25 = qd[2] * t23;
+    const double t26 = s23 * 0.0203;
+    const double t27 = c23 * 0.4318;
+    const double t28 = t26 + t27;
+    const double t29 = t28 + t3;
+    const double t30 = qd[2] * t28;
+    const double t31 = qd[1] * t29;
+    const double t32 = t30 + t31;
+
+    /* shoulder and elbow: angular part */
+    const double t33 = s23 * t5;
+    const double t34 = c23 * t5;
+    const double t35 = c23 * t9;
+    const double t36 = t33 + t35;
+    const double t37 = s23 * t9;
+    const double t38 = t34 - t37;
+    const double t39 = s23 * t6;
+    const double t40 = s23 * t16;
+    const double t41 = c23 * t16;
+    const double t42 = t39 + t41;
+    const double t43 = c23 * t6;
+    const double t44 = t43 - t40;
+
+    /* shoulder and elbow: linear part */
+    const double t45 = qd[2] * t25;
+    const double t46 = qd[2] * t30;
+    const double t47 = t30 + t32;
+    const double t48 = qd[1] * t47;
+    const double t49 = t46 + t48;
+    bias_acceleration[2] = t49;
+
+    /* shoulder and elbow: angular part */
+    const double t50 = qd[2] * t38;
+    const double t51 = t50 - t42;
+    const double t52 = qd[1] * t38;
+    const double t53 = t51 + t52;
+    const double t54 = qd[2] * t36;
+    const double t55 = t44 + t54;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t56 = qd[1] * t24;
+    const double t57 = t25 + t56;
+    const double t58 = t25 + t57;
+    const double t59 = qd[1] * t58;
+    const double t60 = t45 + t59;
+    const double t61 = qd[1] * t36;
+    const double t62 = t55 + t61;
+    bias_acceleration[5] = t62;
+
+    /* waist: linear part */
+    const double t63 = s1 * 0.15005;
+    const double t64 = c1 * t24;
+    const double t65 = t63 + t64;
+    const double t66 = s1 * t24;
+    const double t67 = qd[0] * t65;
+    const double t68 = c1 * 0.15005;
+    const double t69 = t66 - t68;
+    const double t70 = qd[0] * t69;
+    const double t71 = c1 * t32;
+    const double t72 = s1 * t32;
+    const double t73 = t70 - t71;
+    const double t74 = t71 - t73;
+    const double t75 = t72 + t67;
+    const double t76 = t72 + t75;
+    const double t77 = qd[0] * t76;
+    const double t78 = qd[0] * t74;
+
+    /* waist: angular part */
+    const double t79 = s1 * t18;
+    const double t80 = c1 * t18;
+    const double t81 = c1 * t36;
+    const double t82 = t79 + t81;
+    const double t83 = s1 * t36;
+    const double t84 = t83 - t80;
+    const double t85 = qd[0] * t84;
+    const double t86 = qd[0] * t82;
+
+    /* waist: linear part */
+    const double t87 = c1 * t60;
+    const double t88 = t87 + t77;
+    bias_acceleration[0] = t88;
+    const double t89 = s1 * t60;
+    const double t90 = t89 - t78;
+    bias_acceleration[1] = t90;
+
+    /* waist: angular part */
+    const double t91 = s1 * t20;
+    const double t92 = c1 * t20;
+    const double t93 = c1 * t53;
+    const double t94 = t91 + t93;
+    const double t95 = t85 - t94;
+    bias_acceleration[3] = t95;
+    const double t96 = s1 * t53;
+    const double t97 = t92 - t96;
+    const double t98 = t97 - t86;
+    bias_acceleration[4] = t98;
+}
+
+void puma560_bias_acceleration_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                                     double bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s3;
+    double c3;
+    KINEGEN_PUMA560_SINCOS(q[2], &s3, &c3);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t0 = qd[0] * s23;
+    const double t1 = qd[0] * c23;
+    const double t2 = qd[1] * t1;
+    const double t3 = qd[1] * t0;
+    const double t4 = qd[1] * s3;
+    const double t5 = 0.4318 * t4;
+    const double t6 = s3 * t0;
+    const double t7 = 0.4318 * t6;
+    const double t8 = s3 * t2;
+    const double t9 = 0.4318 * t8;
+    const double t10 = c3 * t1;
+    const double t11 = 0.4318 * t10;
+    const double t12 = t7 + t11;
+    const double t13 = qd[1] * c3;
+    const double t14 = 0.4318 * t13;
+    const double t15 = c3 * t3;
+    const double t16 = 0.4318 * t15;
+    const double t17 = t9 - t16;
+    const double t18 = qd[2] * t14;
+    const double t19 = qd[2] * t5;
+    const double t20 = qd[2] * t1;
+    const double t21 = t2 + t20;
+    const double t22 = qd[2] * t0;
+    const double t23 = t3 + t22;
+    const double t24 = qd[1] + qd[2];
+    const double t25 = t1 * 0.15005;
+    const double t26 = t25 - t5;
+    const double t27 = t1 * 0.0203;
+    const double t28 = t12 + t27;
+    const double t29 = qd[3] - t1;
+    const double t30 = t0 * 0.15005;
+    const double t31 = t14 + t30;
+    const double t32 = t24 * 0.0203;
+    const double t33 = t32 + t31;
+
+    /* shoulder and elbow: linear part */
+    const double t34 = t23 * 0.15005;
+    const double t35 = t18 + t34;
+    const double t36 = t23 * 0.0203;
+    const double t37 = t36 - t17;
+    const double t38 = t21 * 0.15005;
+    const double t39 = t38 - t19;
+
+    /* forearm: linear part */
+    const double t40 = s4 * t28;
+    const double t41 = c4 * t28;
+    const double t42 = c4 * t26;
+    const double t43 = t40 + t42;
+    const double t44 = s4 * t26;
+    const double t45 = t44 - t41;
+
+    /* forearm: linear part and angular part */
+    const double t46 = s4 * t24;
+    const double t47 = c4 * t24;
+    const double t48 = c4 * t0;
+    const double t49 = t46 + t48;
+    const double t50 = s4 * t0;
+    const double t51 = t50 - t47;
+    const double t52 = s4 * t37;
+    const double t53 = c4 * t37;
+    const double t54 = c4 * t35;
+    const double t55 = t52 + t54;
+    const double t56 = s4 * t35;
+    const double t57 = t56 - t53;
+    const double t58 = c4 * t21;
+    const double t59 = s4 * t21;
+    const double t60 = qd[3] * t45;
+    const double t61 = t55 + t60;
+    const double t62 = qd[3] * t43;
+    const double t63 = t62 - t57;
+    const double t64 = qd[3] * t51;
+    const double t65 = t64 - t58;
+    const double t66 = qd[3] * t49;
+    const double t67 = t59 + t66;
+    const double t68 = 0.4318 * t51;
+    const double t69 = t43 - t68;
+    const double t70 = t51 - qd[4];
+    const double t71 = 0.4318 * t49;
+    const double t72 = t45 + t71;
+    const double t73 = 0.4318 * t67;
+    const double t74 = t61 + t73;
+    const double t75 = 0.4318 * t65;
+    const double t76 = t63 - t75;
+
+    /* wrist_bend: linear part */
+    const double t77 = c5 * t69;
+    const double t78 = s5 * t69;
+    const double t79 = s5 * t33;
+    const double t80 = t79 - t77;
+    const double t81 = c5 * t33;
+    const double t82 = t78 + t81;
+    const double t83 = qd[4] * t82;
+
+    /* wrist_bend: angular part */
+    const double t84 = s5 * t29;
+    const double t85 = c5 * t29;
+    const double t86 = c5 * t49;
+    const double t87 = t86 - t84;
+    const double t88 = s5 * t49;
+    const double t89 = t88 + t85;
+    const double t90 = qd[4] * t89;
+
+    /* wrist_bend: linear part */
+    const double t91 = s5 * t39;
+    const double t92 = c5 * t39;
+    const double t93 = c5 * t74;
+    const double t94 = t91 + t93;
+    const double t95 = t94 + t83;
+    const double t96 = s5 * t74;
+    const double t97 = t92 - t96;
+
+    /* wrist_bend: linear part and angular part */
+    const double t98 = s5 * t23;
+    const double t99 = s5 * t65;
+    const double t100 = c5 * t65;
+    const double t101 = t98 + t100;
+    const double t102 = c5 * t23;
+    const double t103 = t102 - t99;
+    const double t104 = t101 + t90;
+    const double t105 = qd[4] * t80;
+    const double t106 = t97 - t105;
+    bias_acceleration[2] = t106;
+    const double t107 = qd[4] * t87;
+    const double t108 = t103 + t107;
+    bias_acceleration[5] = t108;
+
+    /* flange: linear part */
+    const double t109 = s6 * t72;
+    const double t110 = c6 * t72;
+    const double t111 = c6 * t80;
+    const double t112 = t109 + t111;
+    const double t113 = s6 * t80;
+    const double t114 = t110 - t113;
+    const double t115 = qd[5] * t114;
+    const double t116 = qd[5] * t112;
+
+    /* flange: angular part */
+    const double t117 = s6 * t70;
+    const double t118 = c6 * t70;
+    const double t119 = c6 * t87;
+    const double t120 = t119 - t117;
+    const double t121 = s6 * t87;
+    const double t122 = t121 + t118;
+    const double t123 = qd[5] * t122;
+    const double t124 = qd[5] * t120;
+
+    /* flange: linear part */
+    const double t125 = s6 * t76;
+    const double t126 = c6 * t76;
+    const double t127 = c6 * t95;
+    const double t128 = t125 + t127;
+    const double t129 = t128 + t115;
+    bias_acceleration[0] = t129;
+    const double t130 = s6 * t95;
+    const double t131 = t126 - t130;
+    const double t132 = t131 - t116;
+    bias_acceleration[1] = t132;
+
+    /* flange: angular part */
+    const double t133 = s6 * t67;
+    const double t134 = s6 * t104;
+    const double t135 = c6 * t104;
+    const double t136 = t133 + t135;
+    const double t137 = t136 + t123;
+    bias_acceleration[3] = t137;
+    const double t138 = c6 * t67;
+    const double t139 = t138 - t134;
+    const double t140 = t139 + t124;
+    bias_acceleration[4] = t140;
+}
+
+void puma560_bias_acceleration_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                                     double bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * s5;
+    const double t1 = qd[5] * c5;
+    const double t2 = qd[4] * t1;
+    const double t3 = qd[3] + t1;
+    const double t4 = qd[4] * t0;
+    const double t5 = qd[4] * 0.4318;
+    const double t6 = t0 * 0.4318;
+    const double t7 = t2 * 0.4318;
+
+    /* forearm: linear part */
+    const double t8 = s4 * t6;
+    const double t9 = c4 * t6;
+    const double t10 = c4 * t5;
+    const double t11 = t8 + t10;
+    const double t12 = s4 * t5;
+    const double t13 = t12 - t9;
+
+    /* forearm: linear part and angular part */
+    const double t14 = qd[4] * s4;
+    const double t15 = c4 * t0;
+    const double t16 = t15 - t14;
+    const double t17 = s4 * t0;
+    const double t18 = qd[4] * c4;
+    const double t19 = t18 + t17;
+    const double t20 = s4 * t7;
+    const double t21 = c4 * t7;
+    const double t22 = c4 * t2;
+    const double t23 = s4 * t2;
+    const double t24 = qd[3] * t13;
+    const double t25 = t24 - t20;
+    const double t26 = qd[3] * t11;
+    const double t27 = t26 - t21;
+    const double t28 = qd[3] * t19;
+    const double t29 = t28 - t22;
+    const double t30 = qd[3] * t16;
+    const double t31 = t23 + t30;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const double t32 = t3 * 0.15005;
+    const double t33 = t32 - t11;
+    const double t34 = t3 * 0.0203;
+    const double t35 = t34 - t13;
+    const double t36 = t16 * 0.15005;
+    const double t37 = t19 * 0.0203;
+    const double t38 = t36 + t37;
+    const double t39 = qd[2] + t19;
+    const double t40 = t4 * 0.15005;
+    const double t41 = t25 - t40;
+    const double t42 = t4 * 0.0203;
+    const double t43 = t27 + t42;
+    const double t44 = t29 * 0.15005;
+    const double t45 = t31 * 0.0203;
+    const double t46 = t44 - t45;
+
+    /* shoulder and elbow: linear part */
+    const double t47 = s23 * t38;
+    const double t48 = c23 * t38;
+    const double t49 = c23 * t33;
+    const double t50 = t49 - t47;
+    const double t51 = s23 * t33;
+    const double t52 = t51 + t48;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t53 = s23 * t3;
+    const double t54 = c23 * t3;
+    const double t55 = c23 * t16;
+    const double t56 = t53 + t55;
+    const double t57 = s23 * t16;
+    const double t58 = t54 - t57;
+
+    /* shoulder and elbow: linear part */
+    const double t59 = s23 * t46;
+    const double t60 = c23 * t46;
+    const double t61 = c23 * t41;
+    const double t62 = t59 + t61;
+    const double t63 = s23 * t41;
+    const double t64 = t63 - t60;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t65 = s23 * t4;
+    const double t66 = c23 * t4;
+    const double t67 = c23 * t29;
+    const double t68 = t65 + t67;
+    const double t69 = s23 * t29;
+    const double t70 = t69 - t66;
+    const double t71 = qd[2] * t52;
+    const double t72 = t71 - t62;
+    const double t73 = qd[2] * t50;
+    const double t74 = t64 + t73;
+    const double t75 = qd[2] * t58;
+    const double t76 = t75 - t68;
+    const double t77 = qd[2] * t56;
+    const double t78 = t77 - t70;
+    const double t79 = s2 * t39;
+    const double t80 = 0.4318 * t79;
+    const double t81 = t50 - t80;
+    const double t82 = s2 * t56;
+    const double t83 = 0.4318 * t82;
+    const double t84 = t35 + t83;
+    const double t85 = c2 * t58;
+    const double t86 = 0.4318 * t85;
+    const double t87 = t86 + t84;
+    const double t88 = qd[1] * t58;
+    const double t89 = t76 + t88;
+
+    /* shoulder and forearm: linear part and angular part */
+    const double t90 = s2 * t76;
+    const double t91 = s2 * t31;
+    const double t92 = 0.4318 * t91;
+    const double t93 = t72 + t92;
+    const double t94 = 0.4318 * t90;
+    const double t95 = t43 - t94;
+    const double t96 = c2 * t39;
+    const double t97 = 0.4318 * t96;
+    const double t98 = t52 + t97;
+    const double t99 = qd[1] * t98;
+    const double t100 = t93 + t99;
+    const double t101 = qd[1] + t39;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t102 = c2 * t78;
+    const double t103 = 0.4318 * t102;
+    const double t104 = t103 + t95;
+    const double t105 = c2 * t31;
+    const double t106 = 0.4318 * t105;
+    const double t107 = t74 + t106;
+    const double t108 = qd[1] * t81;
+    const double t109 = t107 + t108;
+    bias_acceleration[2] = t109;
+    const double t110 = qd[1] * t56;
+    const double t111 = t78 + t110;
+    bias_acceleration[5] = t111;
+
+    /* waist: linear part */
+    const double t112 = s1 * t87;
+    const double t113 = c1 * t87;
+    const double t114 = c1 * t81;
+    const double t115 = t112 + t114;
+    const double t116 = s1 * t81;
+    const double t117 = t116 - t113;
+    const double t118 = qd[0] * t117;
+    const double t119 = qd[0] * t115;
+
+    /* waist: angular part */
+    const double t120 = s1 * t101;
+    const double t121 = c1 * t101;
+    const double t122 = c1 * t56;
+    const double t123 = t120 + t122;
+    const double t124 = s1 * t56;
+    const double t125 = t124 - t121;
+    const double t126 = qd[0] * t125;
+    const double t127 = qd[0] * t123;
+
+    /* waist: linear part */
+    const double t128 = s1 * t104;
+    const double t129 = c1 * t104;
+    const double t130 = c1 * t100;
+    const double t131 = t128 + t130;
+    const double t132 = t131 + t118;
+    bias_acceleration[0] = t132;
+    const double t133 = s1 * t100;
+    const double t134 = t133 - t129;
+    const double t135 = t134 - t119;
+    bias_acceleration[1] = t135;
+
+    /* waist: angular part */
+    const double t136 = s1 * t31;
+    const double t137 = s1 * t89;
+    const double t138 = c1 * t89;
+    const double t139 = t136 + t138;
+    const double t140 = t126 - t139;
+    bias_acceleration[3] = t140;
+    const double t141 = c1 * t31;
+    const double t142 = t141 - t137;
+    const double t143 = t142 - t127;
+    bias_acceleration[4] = t143;
+}
+
+void puma560_acceleration(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                          const double qdd[restrict PUMA560_DOF], double acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const double t0 = c2 * 0.4318;
+    const double t1 = s2 * 0.4318;
+    const double t2 = qd[5] * s5;
+    const double t3 = qdd[5] * s5;
+    const double t4 = qd[5] * c5;
+    const double t5 = qdd[5] * c5;
+    const double t6 = qd[4] * t4;
+    const double t7 = t3 + t6;
+    const double t8 = qd[3] + t4;
+    const double t9 = qd[4] * t2;
+    const double t10 = t9 - t5;
+    const double t11 = qdd[3] - t10;
+
+    /* forearm: angular part */
+    const double t12 = qd[4] * s4;
+    const double t13 = c4 * t2;
+    const double t14 = t13 - t12;
+    const double t15 = s4 * t2;
+    const double t16 = qd[4] * c4;
+    const double t17 = t16 + t15;
+    const double t18 = qdd[4] * s4;
+    const double t19 = s4 * t7;
+    const double t20 = c4 * t7;
+    const double t21 = t20 - t18;
+    const double t22 = qdd[4] * c4;
+    const double t23 = t22 + t19;
+    const double t24 = qd[3] * t17;
+    const double t25 = t24 - t21;
+    const double t26 = qd[2] + t17;
+    const double t27 = qd[1] + t26;
+    const double t28 = qd[3] * t14;
+    const double t29 = t23 + t28;
+    const double t30 = qdd[2] + t29;
+    const double t31 = qdd[1] + t30;
+
+    /* shoulder and elbow: linear part */
+    const double t32 = s23 * 0.4318;
+    const double t33 = c23 * 0.0203;
+    const double t34 = t32 - t33;
+    const double t35 = t34 - t0;
+    const double t36 = s23 * 0.0203;
+    const double t37 = c23 * 0.4318;
+    const double t38 = t36 + t37;
+    const double t39 = t38 + t1;
+
+    /* shoulder and elbow: angular part */
+    const double t40 = s23 * t8;
+    const double t41 = c23 * t8;
+    const double t42 = c23 * t14;
+    const double t43 = t40 + t42;
+    const double t44 = s23 * t14;
+    const double t45 = t41 - t44;
+    const double t46 = s23 * t11;
+    const double t47 = s23 * t25;
+    const double t48 = c23 * t25;
+    const double t49 = t48 - t46;
+    const double t50 = c23 * t11;
+    const double t51 = t47 + t50;
+
+    /* shoulder and elbow: linear part */
+    const double t52 = qd[2] * t38;
+    const double t53 = qdd[2] * t38;
+    const double t54 = qd[2] * t34;
+    const double t55 = qdd[2] * t34;
+    const double t56 = qd[2] * t54;
+    const double t57 = t56 - t53;
+    const double t58 = qd[2] * t52;
+    const double t59 = t58 + t55;
+
+    /* shoulder and elbow: angular part */
+    const double t60 = qd[2] * t45;
+    const double t61 = t60 - t49;
+    const double t62 = qd[1] * t45;
+    const double t63 = t61 + t62;
+    const double t64 = qd[2] * t43;
+    const double t65 = t64 - t51;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t66 = qd[1] * t39;
+    const double t67 = t52 + t66;
+    const double t68 = t52 + t67;
+    const double t69 = qdd[1] * t39;
+    const double t70 = t57 - t69;
+    const double t71 = qd[1] * t68;
+    const double t72 = t59 + t71;
+    const double t73 = qd[1] * t35;
+    const double t74 = t54 + t73;
+    const double t75 = t54 + t74;
+    const double t76 = qd[1] * t75;
+    const double t77 = t76 + t70;
+    const double t78 = qdd[1] * t35;
+    const double t79 = t78 + t72;
+    acceleration[2] = t79;
+    const double t80 = qd[1] * t43;
+    const double t81 = t65 + t80;
+    const double t82 = qdd[0] + t81;
+    acceleration[5] = t82;
+
+    /* waist: linear part */
+    const double t83 = s1 * 0.15005;
+    const double t84 = c1 * t35;
+    const double t85 = t83 + t84;
+    const double t86 = s1 * t35;
+    const double t87 = c1 * 0.15005;
+    const double t88 = t86 - t87;
+    const double t89 = c1 * t67;
+    const double t90 = s1 * t67;
+
+    /* waist: linear part and angular part */
+    const double t91 = s1 * t27;
+    const double t92 = c1 * t27;
+    const double t93 = c1 * t43;
+    const double t94 = t91 + t93;
+    const double t95 = s1 * t43;
+    const double t96 = t95 - t92;
+    const double t97 = qd[0] * t96;
+    const double t98 = qd[0] * t94;
+    const double t99 = c1 * t77;
+    const double t100 = s1 * t77;
+
+    /* waist: angular part */
+    const double t101 = s1 * t31;
+    const double t102 = c1 * t31;
+    const double t103 = c1 * t63;
+    const double t104 = t101 + t103;
+    const double t105 = t97 - t104;
+    acceleration[3] = t105;
+    const double t106 = s1 * t63;
+    const double t107 = t102 - t106;
+    const double t108 = t107 - t98;
+    acceleration[4] = t108;
+
+    /* waist: linear part */
+    const double t109 = qd[0] * t88;
+    const double t110 = t109 - t89;
+    const double t111 = t89 - t110;
+    const double t112 = qdd[0] * t88;
+    const double t113 = qd[0] * t111;
+    const double t114 = t100 - t113;
+    const double t115 = qd[0] * t85;
+    const double t116 = t90 + t115;
+    const double t117 = t90 + t116;
+    const double t118 = qd[0] * t117;
+    const double t119 = t99 + t118;
+    const double t120 = t112 + t119;
+    acceleration[0] = t120;
+    const double t121 = qdd[0] * t85;
+    const double t122 = t114 - t121;
+    acceleration[1] = t122;
+}
+
+void puma560_acceleration_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                                const double qdd[restrict PUMA560_DOF], double acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s3;
+    double c3;
+    KINEGEN_PUMA560_SINCOS(q[2], &s3, &c3);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t0 = qd[0] * s23;
+    const double t1 = qdd[0] * s23;
+    const double t2 = qd[0] * c23;
+    const double t3 = qdd[0] * c23;
+    const double t4 = qd[1] * t2;
+    const double t5 = t1 + t4;
+    const double t6 = qd[1] * t0;
+    const double t7 = t6 - t3;
+
+    /* elbow: linear part */
+    const double t8 = qd[1] * s3;
+    const double t9 = 0.4318 * t8;
+    const double t10 = s3 * t0;
+    const double t11 = 0.4318 * t10;
+    const double t12 = c3 * t2;
+    const double t13 = 0.4318 * t12;
+    const double t14 = t11 + t13;
+    const double t15 = qd[1] * c3;
+    const double t16 = 0.4318 * t15;
+    const double t17 = qdd[1] * s3;
+    const double t18 = 0.4318 * t17;
+    const double t19 = s3 * t5;
+    const double t20 = 0.4318 * t19;
+    const double t21 = c3 * t7;
+    const double t22 = 0.4318 * t21;
+    const double t23 = t20 - t22;
+    const double t24 = qdd[1] * c3;
+    const double t25 = 0.4318 * t24;
+    const double t26 = qd[2] * t16;
+    const double t27 = t18 + t26;
+    const double t28 = qd[2] * t9;
+    const double t29 = t28 - t25;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t30 = qd[2] * t2;
+    const double t31 = t5 + t30;
+    const double t32 = qdd[1] + qdd[2];
+    const double t33 = qd[2] * t0;
+    const double t34 = t7 + t33;
+    const double t35 = qd[1] + qd[2];
+    const double t36 = t2 * 0.15005;
+    const double t37 = t36 - t9;
+    const double t38 = t2 * 0.0203;
+    const double t39 = t14 + t38;
+    const double t40 = qd[3] - t2;
+    const double t41 = t0 * 0.15005;
+    const double t42 = t16 + t41;
+    const double t43 = t35 * 0.0203;
+    const double t44 = t43 + t42;
+    const double t45 = t34 * 0.15005;
+    const double t46 = t27 + t45;
+    const double t47 = t34 * 0.0203;
+    const double t48 = t23 - t47;
+
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const double t49 = qdd[3] + t34;
+    const double t50 = t31 * 0.15005;
+    const double t51 = t50 - t29;
+    const double t52 = t32 * 0.0203;
+    const double t53 = t52 + t51;
+    const double t54 = s4 * t39;
+    const double t55 = c4 * t39;
+    const double t56 = c4 * t37;
+    const double t57 = t54 + t56;
+    const double t58 = s4 * t37;
+    const double t59 = t58 - t55;
+
+    /* forearm: linear part and angular part */
+    const double t60 = s4 * t35;
+    const double t61 = c4 * t35;
+    const double t62 = c4 * t0;
+    const double t63 = t60 + t62;
+    const double t64 = s4 * t0;
+    const double t65 = t64 - t61;
+
+    /* forearm: linear part */
+    const double t66 = s4 * t48;
+    const double t67 = c4 * t48;
+    const double t68 = c4 * t46;
+    const double t69 = t68 - t66;
+    const double t70 = s4 * t46;
+    const double t71 = t70 + t67;
+
+    /* forearm: linear part and angular part */
+    const double t72 = s4 * t32;
+    const double t73 = c4 * t32;
+    const double t74 = c4 * t31;
+    const double t75 = t72 + t74;
+    const double t76 = s4 * t31;
+    const double t77 = t76 - t73;
+    const double t78 = qd[3] * t59;
+    const double t79 = t69 + t78;
+    const double t80 = qd[3] * t57;
+    const double t81 = t80 - t71;
+    const double t82 = qd[3] * t65;
+    const double t83 = t82 - t75;
+    const double t84 = qd[3] * t63;
+    const double t85 = t77 + t84;
+    const double t86 = 0.4318 * t65;
+    const double t87 = t57 - t86;
+    const double t88 = t65 - qd[4];
+    const double t89 = 0.4318 * t63;
+    const double t90 = t59 + t89;
+    const double t91 = 0.4318 * t85;
+    const double t92 = t79 + t91;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const double t93 = t85 - qdd[4];
+    const double t94 = 0.4318 * t83;
+    const double t95 = t81 - t94;
+    const double t96 = c5 * t87;
+    const double t97 = s5 * t87;
+    const double t98 = s5 * t44;
+    const double t99 = t98 - t96;
+    const double t100 = c5 * t44;
+    const double t101 = t97 + t100;
+    const double t102 = qd[4] * t101;
+
+    /* wrist_bend: angular part */
+    const double t103 = s5 * t40;
+    const double t104 = c5 * t40;
+    const double t105 = c5 * t63;
+    const double t106 = t105 - t103;
+    const double t107 = s5 * t63;
+    const double t108 = t107 + t104;
+    const double t109 = qd[4] * t108;
+
+    /* wrist_bend: linear part */
+    const double t110 = s5 * t53;
+    const double t111 = c5 * t53;
+    const double t112 = c5 * t92;
+    const double t113 = t110 + t112;
+    const double t114 = t113 + t102;
+    const double t115 = s5 * t92;
+    const double t116 = t111 - t115;
+
+    /* wrist_bend: linear part and angular part */
+    const double t117 = s5 * t49;
+    const double t118 = c5 * t49;
+    const double t119 = c5 * t83;
+    const double t120 = t117 + t119;
+    const double t121 = s5 * t83;
+    const double t122 = t121 - t118;
+    const double t123 = t120 + t109;
+    const double t124 = qd[4] * t99;
+    const double t125 = t116 - t124;
+    acceleration[2] = t125;
+    const double t126 = qd[4] * t106;
+    const double t127 = t126 - t122;
+    const double t128 = qdd[5] + t127;
+    acceleration[5] = t128;
+
+    /* flange: linear part */
+    const double t129 = s6 * t90;
+    const double t130 = c6 * t90;
+    const double t131 = c6 * t99;
+    const double t132 = t129 + t131;
+    const double t133 = s6 * t99;
+    const double t134 = t130 - t133;
+    const double t135 = qd[5] * t134;
+    const double t136 = qd[5] * t132;
+
+    /* flange: angular part */
+    const double t137 = s6 * t88;
+    const double t138 = c6 * t88;
+    const double t139 = c6 * t106;
+    const double t140 = t139 - t137;
+    const double t141 = s6 * t106;
+    const double t142 = t141 + t138;
+    const double t143 = qd[5] * t142;
+    const double t144 = qd[5] * t140;
+
+    /* flange: linear part */
+    const double t145 = s6 * t95;
+    const double t146 = c6 * t95;
+    const double t147 = c6 * t114;
+    const double t148 = t145 + t147;
+    const double t149 = t148 + t135;
+    acceleration[0] = t149;
+    const double t150 = s6 * t114;
+    const double t151 = t146 - t150;
+    const double t152 = t151 - t136;
+    acceleration[1] = t152;
+
+    /* flange: angular part */
+    const double t153 = s6 * t93;
+    const double t154 = c6 * t93;
+    const double t155 = c6 * t123;
+    const double t156 = t153 + t155;
+    const double t157 = t156 + t143;
+    acceleration[3] = t157;
+    const double t158 = s6 * t123;
+    const double t159 = t158 - t154;
+    const double t160 = t144 - t159;
+    acceleration[4] = t160;
+}
+
+void puma560_acceleration_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
+                                const double qdd[restrict PUMA560_DOF], double acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * s5;
+    const double t1 = qdd[5] * s5;
+    const double t2 = qd[5] * c5;
+    const double t3 = qdd[5] * c5;
+    const double t4 = qd[4] * t2;
+    const double t5 = t1 + t4;
+    const double t6 = qd[3] + t2;
+    const double t7 = qd[4] * t0;
+    const double t8 = t7 - t3;
+    const double t9 = qdd[3] - t8;
+    const double t10 = qd[4] * 0.4318;
+    const double t11 = t0 * 0.4318;
+    const double t12 = qdd[4] * 0.4318;
+    const double t13 = t5 * 0.4318;
+
+    /* forearm: linear part */
+    const double t14 = s4 * t11;
+    const double t15 = c4 * t11;
+    const double t16 = c4 * t10;
+    const double t17 = t14 + t16;
+    const double t18 = s4 * t10;
+    const double t19 = t18 - t15;
+
+    /* forearm: linear part and angular part */
+    const double t20 = qd[4] * s4;
+    const double t21 = c4 * t0;
+    const double t22 = t21 - t20;
+    const double t23 = s4 * t0;
+    const double t24 = qd[4] * c4;
+    const double t25 = t24 + t23;
+
+    /* forearm: linear part */
+    const double t26 = s4 * t13;
+    const double t27 = c4 * t13;
+    const double t28 = c4 * t12;
+    const double t29 = t26 + t28;
+    const double t30 = s4 * t12;
+    const double t31 = t30 - t27;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const double t32 = qdd[4] * s4;
+    const double t33 = s4 * t5;
+    const double t34 = c4 * t5;
+    const double t35 = t34 - t32;
+    const double t36 = qdd[4] * c4;
+    const double t37 = t36 + t33;
+    const double t38 = qd[3] * t19;
+    const double t39 = t38 - t29;
+    const double t40 = qd[3] * t17;
+    const double t41 = t31 + t40;
+    const double t42 = qd[3] * t25;
+    const double t43 = t42 - t35;
+    const double t44 = qd[3] * t22;
+    const double t45 = t37 + t44;
+    const double t46 = t6 * 0.15005;
+    const double t47 = t17 - t46;
+    const double t48 = t6 * 0.0203;
+    const double t49 = t19 - t48;
+    const double t50 = t22 * 0.15005;
+    const double t51 = t25 * 0.0203;
+    const double t52 = t50 + t51;
+    const double t53 = qd[2] + t25;
+    const double t54 = t9 * 0.15005;
+    const double t55 = t39 + t54;
+    const double t56 = t9 * 0.0203;
+    const double t57 = t41 - t56;
+    const double t58 = t43 * 0.15005;
+    const double t59 = t45 * 0.0203;
+    const double t60 = t58 - t59;
+    const double t61 = qdd[2] + t45;
+
+    /* shoulder and elbow: linear part */
+    const double t62 = s23 * t52;
+    const double t63 = c23 * t52;
+    const double t64 = c23 * t47;
+    const double t65 = t62 + t64;
+    const double t66 = s23 * t47;
+    const double t67 = t66 - t63;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t68 = s23 * t6;
+    const double t69 = c23 * t6;
+    const double t70 = c23 * t22;
+    const double t71 = t68 + t70;
+    const double t72 = s23 * t22;
+    const double t73 = t72 - t69;
+
+    /* shoulder and elbow: linear part */
+    const double t74 = s23 * t60;
+    const double t75 = c23 * t60;
+    const double t76 = c23 * t55;
+    const double t77 = t74 + t76;
+    const double t78 = s23 * t55;
+    const double t79 = t78 - t75;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t80 = s23 * t9;
+    const double t81 = s23 * t43;
+    const double t82 = c23 * t43;
+    const double t83 = t82 - t80;
+    const double t84 = c23 * t9;
+    const double t85 = t81 + t84;
+    const double t86 = qd[2] * t67;
+    const double t87 = t77 + t86;
+    const double t88 = qd[2] * t65;
+    const double t89 = t88 - t79;
+    const double t90 = qd[2] * t73;
+    const double t91 = t83 + t90;
+    const double t92 = qd[2] * t71;
+    const double t93 = t92 - t85;
+    const double t94 = s2 * t53;
+    const double t95 = 0.4318 * t94;
+    const double t96 = t65 + t95;
+    const double t97 = s2 * t71;
+    const double t98 = 0.4318 * t97;
+    const double t99 = t49 - t98;
+    const double t100 = c2 * t73;
+    const double t101 = 0.4318 * t100;
+    const double t102 = t101 + t99;
+    const double t103 = qd[1] * t73;
+    const double t104 = t91 + t103;
+
+    /* shoulder and forearm: linear part and angular part */
+    const double t105 = s2 * t91;
+    const double t106 = s2 * t61;
+    const double t107 = 0.4318 * t106;
+    const double t108 = t87 - t107;
+    const double t109 = 0.4318 * t105;
+    const double t110 = t57 + t109;
+    const double t111 = c2 * t53;
+    const double t112 = 0.4318 * t111;
+    const double t113 = t67 - t112;
+    const double t114 = qd[1] * t113;
+    const double t115 = t108 + t114;
+    const double t116 = qd[1] + t53;
+
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const double t117 = c2 * t93;
+    const double t118 = 0.4318 * t117;
+    const double t119 = t118 + t110;
+    const double t120 = c2 * t61;
+    const double t121 = 0.4318 * t120;
+    const double t122 = t121 - t89;
+    const double t123 = qdd[1] + t61;
+    const double t124 = qd[1] * t96;
+    const double t125 = t122 - t124;
+    acceleration[2] = t125;
+    const double t126 = qd[1] * t71;
+    const double t127 = t93 + t126;
+    const double t128 = qdd[0] + t127;
+    acceleration[5] = t128;
+
+    /* waist: linear part */
+    const double t129 = s1 * t102;
+    const double t130 = c1 * t102;
+    const double t131 = c1 * t96;
+    const double t132 = t129 + t131;
+    const double t133 = s1 * t96;
+    const double t134 = t133 - t130;
+    const double t135 = qd[0] * t134;
+    const double t136 = qd[0] * t132;
+
+    /* waist: angular part */
+    const double t137 = s1 * t116;
+    const double t138 = c1 * t116;
+    const double t139 = c1 * t71;
+    const double t140 = t137 + t139;
+    const double t141 = s1 * t71;
+    const double t142 = t141 - t138;
+    const double t143 = qd[0] * t142;
+    const double t144 = qd[0] * t140;
+
+    /* waist: linear part */
+    const double t145 = c1 * t115;
+    const double t146 = s1 * t115;
+    const double t147 = s1 * t119;
+    const double t148 = t147 - t145;
+    const double t149 = t148 - t135;
+    acceleration[0] = t149;
+    const double t150 = c1 * t119;
+    const double t151 = t146 + t150;
+    const double t152 = t136 - t151;
+    acceleration[1] = t152;
+
+    /* waist: angular part */
+    const double t153 = s1 * t123;
+    const double t154 = s1 * t104;
+    const double t155 = c1 * t104;
+    const double t156 = t155 - t153;
+    const double t157 = t156 + t143;
+    acceleration[3] = t157;
+    const double t158 = c1 * t123;
+    const double t159 = t154 + t158;
+    const double t160 = t159 - t144;
+    acceleration[4] = t160;
+}
+
+void puma560_hessian(const double q[restrict PUMA560_DOF], double hessian[restrict 216])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s2;
+    double c2;
+    KINEGEN_PUMA560_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t0 = c2 * 0.4318;
+    const double t1 = s2 * 0.4318;
+    const double t2 = -c1;
+    hessian[19] = t2;
+    hessian[20] = t2;
+    const double t3 = -s1;
+    hessian[25] = t3;
+    hessian[26] = t3;
+    const double t4 = c1 * s23;
+    const double t5 = -t4;
+    hessian[27] = t5;
+    const double t6 = s1 * s23;
+    hessian[21] = t6;
+    const double t7 = s23 * s4;
+
+    /* waist, shoulder and elbow: linear part */
+    const double t8 = s23 * 0.4318;
+    const double t9 = c23 * 0.0203;
+    const double t10 = t8 - t9;
+    const double t11 = t10 - t0;
+    const double t12 = c1 * t10;
+    hessian[38] = t12;
+    hessian[73] = t12;
+    hessian[74] = t12;
+    const double t13 = s1 * t10;
+    hessian[44] = t13;
+    hessian[79] = t13;
+    hessian[80] = t13;
+
+    /* shoulder and elbow: linear part */
+    const double t14 = s23 * 0.0203;
+    const double t15 = c23 * 0.4318;
+    const double t16 = t14 + t15;
+    const double t17 = t16 + t1;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t18 = s1 * 0.15005;
+    const double t19 = c1 * t11;
+    hessian[37] = t19;
+    const double t20 = t18 + t19;
+    hessian[0] = t20;
+    const double t21 = s1 * t11;
+    hessian[43] = t21;
+    const double t22 = c1 * 0.15005;
+    const double t23 = t21 - t22;
+    hessian[6] = t23;
+    const double t24 = c23 * s4;
+    const double t25 = s4 * s5;
+    const double t26 = c4 * s5;
+    const double t27 = s1 * c4;
+    const double t28 = c1 * c4;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t29 = c1 * t24;
+    const double t30 = t29 - t27;
+    hessian[28] = t30;
+    const double t31 = s1 * t24;
+    const double t32 = t31 + t28;
+    const double t33 = -t32;
+    hessian[22] = t33;
+    const double t34 = c23 * c5;
+    const double t35 = s23 * c5;
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const double t36 = s23 * t26;
+    const double t37 = t36 - t34;
+    const double t38 = c23 * t26;
+    const double t39 = t35 + t38;
+    const double t40 = c1 * t37;
+    hessian[59] = t40;
+    hessian[95] = t40;
+    const double t41 = s1 * t37;
+    hessian[65] = t41;
+    hessian[101] = t41;
+
+    /* waist: linear part and angular part */
+    const double t42 = s1 * t25;
+    const double t43 = c1 * t25;
+    const double t44 = c1 * t39;
+    const double t45 = t42 + t44;
+    const double t46 = s1 * t39;
+    const double t47 = t46 - t43;
+    hessian[23] = t47;
+
+    /* waist: linear part */
+    const double t48 = -t45;
+    hessian[29] = t48;
+    const double t49 = c1 * t17;
+    const double t50 = s1 * t17;
+    hessian[1] = t50;
+    hessian[36] = t50;
+    const double t51 = s1 * t50;
+    const double t52 = -t49;
+    hessian[7] = t52;
+    hessian[42] = t52;
+    const double t53 = c1 * t49;
+    const double t54 = t51 + t53;
+    hessian[49] = t54;
+    const double t55 = c1 * t16;
+    const double t56 = s1 * t16;
+    hessian[2] = t56;
+    hessian[72] = t56;
+    const double t57 = s1 * t56;
+    const double t58 = -t55;
+    hessian[8] = t58;
+    hessian[78] = t58;
+    const double t59 = c1 * t55;
+    const double t60 = t57 + t59;
+    hessian[50] = t60;
+    hessian[85] = t60;
+    hessian[86] = t60;
+
+    /* waist, shoulder and elbow: linear part */
+    const double t61 = c1 * c23;
+    const double t62 = -t61;
+    hessian[57] = t62;
+    hessian[93] = t62;
+    const double t63 = s1 * c23;
+    const double t64 = -t63;
+    hessian[63] = t64;
+    hessian[99] = t64;
+
+    /* waist: linear part */
+    const double t65 = s1 * t6;
+    const double t66 = c1 * t4;
+    const double t67 = t65 + t66;
+    hessian[69] = t67;
+    hessian[105] = t67;
+    const double t68 = c1 * t7;
+    const double t69 = -t68;
+    hessian[58] = t69;
+    hessian[94] = t69;
+    const double t70 = s1 * t7;
+    const double t71 = -t70;
+    hessian[64] = t71;
+    hessian[100] = t71;
+    const double t72 = s1 * t32;
+    const double t73 = s1 * t47;
+    const double t74 = c1 * t30;
+    const double t75 = t72 + t74;
+    const double t76 = -t75;
+    hessian[70] = t76;
+    hessian[106] = t76;
+    const double t77 = c1 * t45;
+    const double t78 = t73 + t77;
+    hessian[71] = t78;
+    hessian[107] = t78;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const double t79 = c23 * t32;
+    const double t80 = t6 * t7;
+    const double t81 = t79 + t80;
+    hessian[130] = t81;
+    const double t82 = c23 * t30;
+    const double t83 = t4 * t7;
+    const double t84 = t82 + t83;
+    const double t85 = -t84;
+    hessian[136] = t85;
+    const double t86 = t6 * t30;
+    const double t87 = t4 * t32;
+    const double t88 = t86 - t87;
+    hessian[142] = t88;
+
+    /* waist, shoulder and elbow: angular part */
+    const double t89 = c23 * t47;
+    const double t90 = c23 * t45;
+    const double t91 = t6 * t37;
+    const double t92 = t89 + t91;
+    const double t93 = -t92;
+    hessian[131] = t93;
+    const double t94 = t6 * t45;
+    const double t95 = t4 * t37;
+    const double t96 = t90 + t95;
+    hessian[137] = t96;
+
+    /* waist: angular part */
+    const double t97 = t4 * t47;
+    const double t98 = t97 - t94;
+    hessian[143] = t98;
+    const double t99 = t7 * t47;
+    const double t100 = t7 * t45;
+    const double t101 = t30 * t47;
+
+    /* waist, shoulder and elbow: angular part */
+    const double t102 = t30 * t37;
+    const double t103 = t100 - t102;
+    hessian[173] = t103;
+    const double t104 = t32 * t37;
+    const double t105 = t104 - t99;
+    hessian[167] = t105;
+    const double t106 = t32 * t45;
+    const double t107 = t106 - t101;
+    hessian[179] = t107;
+
+    /* Entries that need no computing */
+    hessian[3] = 0.0;
+    hessian[4] = 0.0;
+    hessian[5] = 0.0;
+    hessian[9] = 0.0;
+    hessian[10] = 0.0;
+    hessian[11] = 0.0;
+    hessian[12] = 0.0;
+    hessian[13] = 0.0;
+    hessian[14] = 0.0;
+    hessian[15] = 0.0;
+    hessian[16] = 0.0;
+    hessian[17] = 0.0;
+    hessian[18] = 0.0;
+    hessian[24] = 0.0;
+    hessian[30] = 0.0;
+    hessian[31] = 0.0;
+    hessian[32] = 0.0;
+    hessian[33] = 0.0;
+    hessian[34] = 0.0;
+    hessian[35] = 0.0;
+    hessian[39] = 0.0;
+    hessian[40] = 0.0;
+    hessian[41] = 0.0;
+    hessian[45] = 0.0;
+    hessian[46] = 0.0;
+    hessian[47] = 0.0;
+    hessian[48] = 0.0;
+    hessian[51] = 0.0;
+    hessian[52] = 0.0;
+    hessian[53] = 0.0;
+    hessian[54] = 0.0;
+    hessian[55] = 0.0;
+    hessian[56] = 0.0;
+    hessian[60] = 0.0;
+    hessian[61] = 0.0;
+    hessian[62] = 0.0;
+    hessian[66] = 0.0;
+    hessian[67] = 0.0;
+    hessian[68] = 0.0;
+    hessian[75] = 0.0;
+    hessian[76] = 0.0;
+    hessian[77] = 0.0;
+    hessian[81] = 0.0;
+    hessian[82] = 0.0;
+    hessian[83] = 0.0;
+    hessian[84] = 0.0;
+    hessian[87] = 0.0;
+    hessian[88] = 0.0;
+    hessian[89] = 0.0;
+    hessian[90] = 0.0;
+    hessian[91] = 0.0;
+    hessian[92] = 0.0;
+    hessian[96] = 0.0;
+    hessian[97] = 0.0;
+    hessian[98] = 0.0;
+    hessian[102] = 0.0;
+    hessian[103] = 0.0;
+    hessian[104] = 0.0;
+    hessian[108] = 0.0;
+    hessian[109] = 0.0;
+    hessian[110] = 0.0;
+    hessian[111] = 0.0;
+    hessian[112] = 0.0;
+    hessian[113] = 0.0;
+    hessian[114] = 0.0;
+    hessian[115] = 0.0;
+    hessian[116] = 0.0;
+    hessian[117] = 0.0;
+    hessian[118] = 0.0;
+    hessian[119] = 0.0;
+    hessian[120] = 0.0;
+    hessian[121] = 0.0;
+    hessian[122] = 0.0;
+    hessian[123] = 0.0;
+    hessian[124] = 0.0;
+    hessian[125] = 0.0;
+    hessian[126] = 0.0;
+    hessian[127] = 0.0;
+    hessian[128] = 0.0;
+    hessian[129] = 0.0;
+    hessian[132] = 0.0;
+    hessian[133] = 0.0;
+    hessian[134] = 0.0;
+    hessian[135] = 0.0;
+    hessian[138] = 0.0;
+    hessian[139] = 0.0;
+    hessian[140] = 0.0;
+    hessian[141] = 0.0;
+    hessian[144] = 0.0;
+    hessian[145] = 0.0;
+    hessian[146] = 0.0;
+    hessian[147] = 0.0;
+    hessian[148] = 0.0;
+    hessian[149] = 0.0;
+    hessian[150] = 0.0;
+    hessian[151] = 0.0;
+    hessian[152] = 0.0;
+    hessian[153] = 0.0;
+    hessian[154] = 0.0;
+    hessian[155] = 0.0;
+    hessian[156] = 0.0;
+    hessian[157] = 0.0;
+    hessian[158] = 0.0;
+    hessian[159] = 0.0;
+    hessian[160] = 0.0;
+    hessian[161] = 0.0;
+    hessian[162] = 0.0;
+    hessian[163] = 0.0;
+    hessian[164] = 0.0;
+    hessian[165] = 0.0;
+    hessian[166] = 0.0;
+    hessian[168] = 0.0;
+    hessian[169] = 0.0;
+    hessian[170] = 0.0;
+    hessian[171] = 0.0;
+    hessian[172] = 0.0;
+    hessian[174] = 0.0;
+    hessian[175] = 0.0;
+    hessian[176] = 0.0;
+    hessian[177] = 0.0;
+    hessian[178] = 0.0;
+    hessian[180] = 0.0;
+    hessian[181] = 0.0;
+    hessian[182] = 0.0;
+    hessian[183] = 0.0;
+    hessian[184] = 0.0;
+    hessian[185] = 0.0;
+    hessian[186] = 0.0;
+    hessian[187] = 0.0;
+    hessian[188] = 0.0;
+    hessian[189] = 0.0;
+    hessian[190] = 0.0;
+    hessian[191] = 0.0;
+    hessian[192] = 0.0;
+    hessian[193] = 0.0;
+    hessian[194] = 0.0;
+    hessian[195] = 0.0;
+    hessian[196] = 0.0;
+    hessian[197] = 0.0;
+    hessian[198] = 0.0;
+    hessian[199] = 0.0;
+    hessian[200] = 0.0;
+    hessian[201] = 0.0;
+    hessian[202] = 0.0;
+    hessian[203] = 0.0;
+    hessian[204] = 0.0;
+    hessian[205] = 0.0;
+    hessian[206] = 0.0;
+    hessian[207] = 0.0;
+    hessian[208] = 0.0;
+    hessian[209] = 0.0;
+    hessian[210] = 0.0;
+    hessian[211] = 0.0;
+    hessian[212] = 0.0;
+    hessian[213] = 0.0;
+    hessian[214] = 0.0;
+    hessian[215] = 0.0;
+}
+
+void puma560_quaternion_wxyz(const double q[restrict PUMA560_DOF], double quaternion_wxyz[restrict 4])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: quaternion_wxyz */
+    const double t0 = c5 * c6;
+    const double t1 = s5 * c6;
+    const double t2 = s4 * s6;
+    const double t3 = c4 * s6;
+
+    /* forearm and wrist_bend: quaternion_wxyz */
+    const double t4 = c4 * t0;
+    const double t5 = t4 - t2;
+    const double t6 = s4 * t0;
+    const double t7 = t6 + t3;
+    const double t8 = c4 * s5;
+    const double t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: quaternion_wxyz */
+    const double t10 = c23 * t5;
+    const double t11 = s23 * t5;
+    const double t12 = s23 * t1;
+    const double t13 = t12 - t10;
+    const double t14 = c23 * t1;
+    const double t15 = t11 + t14;
+    const double t16 = s23 * c5;
+    const double t17 = c23 * c5;
+
+    /* shoulder and elbow: quaternion_wxyz */
+    const double t18 = c23 * t8;
+    const double t19 = t16 + t18;
+    const double t20 = s23 * t8;
+    const double t21 = t20 - t17;
+
+    /* waist: quaternion_wxyz */
+    const double t22 = c1 * t13;
+    const double t23 = s1 * t13;
+    const double t24 = s1 * t7;
+    const double t25 = t24 - t22;
+    const double t26 = c1 * t7;
+    const double t27 = t23 + t26;
+    const double t28 = s1 * t9;
+    const double t29 = s1 * t19;
+    const double t30 = c1 * t19;
+    const double t31 = t28 + t30;
+    const double t32 = c1 * t9;
+    const double t33 = t32 - t29;
+    const double t34 = t15 * t33;
+    const double t35 = t21 * t27;
+    const double t36 = t34 - t35;
+    const double t37 = t15 * t31;
+    const double t38 = t21 * t25;
+    const double t39 = t38 - t37;
+    const double t40 = t27 * t31;
+    const double t41 = t25 * t33;
+    const double t42 = t41 - t40;
+    const double t43 = t25 - t39;
+    const double t44 = t25 + t39;
+    const double t45 = (t21 < 0.0) ? t43 : t44;
+
+    /* waist, shoulder and elbow: quaternion_wxyz */
+    const double t46 = -t21;
+    const double t47 = (t21 < 0.0) ? t46 : t21;
+    const double t48 = -t45;
+    const double t49 = (t45 < 0.0) ? t48 : t45;
+    const double t50 = t47 + t49;
+    const double t51 = 1.0 + t50;
+    const double t52 = t33 + t42;
+    const double t53 = t33 - t42;
+    const double t54 = t31 - t15;
+    const double t55 = t15 + t31;
+    const double t56 = t36 - t27;
+    const double t57 = t27 + t36;
+    const double t58 = -t57;
+    const double t59 = (t45 < 0.0) ? t54 : t52;
+    const double t60 = -t59;
+    const double t61 = (t45 < 0.0) ? t55 : t52;
+    const double t62 = -t61;
+    const double t63 = -t54;
+    const double t64 = (t45 < 0.0) ? t53 : t63;
+    const double t65 = -t55;
+    const double t66 = (t45 < 0.0) ? t53 : t65;
+    const double t67 = (t45 < 0.0) ? t56 : t51;
+    const double t68 = (t21 < 0.0) ? t60 : t67;
+    const double t69 = (t45 < 0.0) ? t51 : t56;
+    const double t70 = (t21 < 0.0) ? t66 : t69;
+    const double t71 = (t45 < 0.0) ? t58 : t51;
+    const double t72 = (t21 < 0.0) ? t71 : t62;
+    const double t73 = (t45 < 0.0) ? t51 : t58;
+    const double t74 = (t21 < 0.0) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const double t75 = puma560_sqrt(t51);
+
+    /* waist: quaternion_wxyz */
+    const double t76 = 1.0 / t75;
+    const double t77 = t76 * 0.5;
+    const double t78 = -t77;
+    const double t79 = (t74 < 0.0) ? t78 : t77;
+    const double t80 = (0.0 < t72) ? t77 : t79;
+    const double t81 = (t72 < 0.0) ? t78 : t80;
+    const double t82 = (0.0 < t68) ? t77 : t81;
+    const double t83 = (t68 < 0.0) ? t78 : t82;
+    const double t84 = t68 * t83;
+    quaternion_wxyz[0] = t84;
+    const double t85 = t72 * t83;
+    quaternion_wxyz[1] = t85;
+    const double t86 = t74 * t83;
+    quaternion_wxyz[2] = t86;
+    const double t87 = t70 * t83;
+    quaternion_wxyz[3] = t87;
+}
+
+void puma560_quaternion_xyzw(const double q[restrict PUMA560_DOF], double quaternion_xyzw[restrict 4])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: quaternion_xyzw */
+    const double t0 = c5 * c6;
+    const double t1 = s5 * c6;
+    const double t2 = s4 * s6;
+    const double t3 = c4 * s6;
+
+    /* forearm and wrist_bend: quaternion_xyzw */
+    const double t4 = c4 * t0;
+    const double t5 = t4 - t2;
+    const double t6 = s4 * t0;
+    const double t7 = t6 + t3;
+    const double t8 = c4 * s5;
+    const double t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: quaternion_xyzw */
+    const double t10 = c23 * t5;
+    const double t11 = s23 * t5;
+    const double t12 = s23 * t1;
+    const double t13 = t12 - t10;
+    const double t14 = c23 * t1;
+    const double t15 = t11 + t14;
+    const double t16 = s23 * c5;
+    const double t17 = c23 * c5;
+
+    /* shoulder and elbow: quaternion_xyzw */
+    const double t18 = c23 * t8;
+    const double t19 = t16 + t18;
+    const double t20 = s23 * t8;
+    const double t21 = t20 - t17;
+
+    /* waist: quaternion_xyzw */
+    const double t22 = c1 * t13;
+    const double t23 = s1 * t13;
+    const double t24 = s1 * t7;
+    const double t25 = t24 - t22;
+    const double t26 = c1 * t7;
+    const double t27 = t23 + t26;
+    const double t28 = s1 * t9;
+    const double t29 = s1 * t19;
+    const double t30 = c1 * t19;
+    const double t31 = t28 + t30;
+    const double t32 = c1 * t9;
+    const double t33 = t32 - t29;
+    const double t34 = t15 * t33;
+    const double t35 = t21 * t27;
+    const double t36 = t34 - t35;
+    const double t37 = t15 * t31;
+    const double t38 = t21 * t25;
+    const double t39 = t38 - t37;
+    const double t40 = t27 * t31;
+    const double t41 = t25 * t33;
+    const double t42 = t41 - t40;
+    const double t43 = t25 - t39;
+    const double t44 = t25 + t39;
+    const double t45 = (t21 < 0.0) ? t43 : t44;
+
+    /* waist, shoulder and elbow: quaternion_xyzw */
+    const double t46 = -t21;
+    const double t47 = (t21 < 0.0) ? t46 : t21;
+    const double t48 = -t45;
+    const double t49 = (t45 < 0.0) ? t48 : t45;
+    const double t50 = t47 + t49;
+    const double t51 = 1.0 + t50;
+    const double t52 = t33 + t42;
+    const double t53 = t33 - t42;
+    const double t54 = t31 - t15;
+    const double t55 = t15 + t31;
+    const double t56 = t36 - t27;
+    const double t57 = t27 + t36;
+    const double t58 = -t57;
+    const double t59 = (t45 < 0.0) ? t54 : t52;
+    const double t60 = -t59;
+    const double t61 = (t45 < 0.0) ? t55 : t52;
+    const double t62 = -t61;
+    const double t63 = -t54;
+    const double t64 = (t45 < 0.0) ? t53 : t63;
+    const double t65 = -t55;
+    const double t66 = (t45 < 0.0) ? t53 : t65;
+    const double t67 = (t45 < 0.0) ? t56 : t51;
+    const double t68 = (t21 < 0.0) ? t60 : t67;
+    const double t69 = (t45 < 0.0) ? t51 : t56;
+    const double t70 = (t21 < 0.0) ? t66 : t69;
+    const double t71 = (t45 < 0.0) ? t58 : t51;
+    const double t72 = (t21 < 0.0) ? t71 : t62;
+    const double t73 = (t45 < 0.0) ? t51 : t58;
+    const double t74 = (t21 < 0.0) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const double t75 = puma560_sqrt(t51);
+
+    /* waist: quaternion_xyzw */
+    const double t76 = 1.0 / t75;
+    const double t77 = t76 * 0.5;
+    const double t78 = -t77;
+    const double t79 = (t74 < 0.0) ? t78 : t77;
+    const double t80 = (0.0 < t72) ? t77 : t79;
+    const double t81 = (t72 < 0.0) ? t78 : t80;
+    const double t82 = (0.0 < t68) ? t77 : t81;
+    const double t83 = (t68 < 0.0) ? t78 : t82;
+    const double t84 = t68 * t83;
+    quaternion_xyzw[3] = t84;
+    const double t85 = t72 * t83;
+    quaternion_xyzw[0] = t85;
+    const double t86 = t74 * t83;
+    quaternion_xyzw[1] = t86;
+    const double t87 = t70 * t83;
+    quaternion_xyzw[2] = t87;
+}
+
+void puma560_rpy_zyx(const double q[restrict PUMA560_DOF], double rpy_zyx[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: rpy_zyx */
+    const double t0 = c5 * s6;
+    const double t1 = s5 * s6;
+    const double t2 = s4 * c6;
+    const double t3 = c4 * c6;
+
+    /* forearm and wrist_bend: rpy_zyx */
+    const double t4 = c4 * t0;
+    const double t5 = t2 + t4;
+    const double t6 = s4 * t0;
+    const double t7 = t6 - t3;
+    const double t8 = c4 * s5;
+    const double t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rpy_zyx */
+    const double t10 = c23 * t5;
+    const double t11 = s23 * t5;
+    const double t12 = s23 * t1;
+    const double t13 = t12 - t10;
+    const double t14 = c23 * t1;
+    const double t15 = t11 + t14;
+    const double t16 = t15 * t15;
+    const double t17 = s23 * c5;
+    const double t18 = c23 * c5;
+
+    /* shoulder and elbow: rpy_zyx */
+    const double t19 = c23 * t8;
+    const double t20 = t17 + t19;
+    const double t21 = s23 * t8;
+    const double t22 = t21 - t18;
+    const double t23 = t22 * t22;
+    const double t24 = t16 + t23;
+
+    /* waist: rpy_zyx */
+    const double t25 = c1 * t13;
+    const double t26 = s1 * t13;
+    const double t27 = s1 * t7;
+    const double t28 = t27 - t25;
+    const double t29 = c1 * t7;
+    const double t30 = t26 + t29;
+    const double t31 = s1 * t9;
+    const double t32 = s1 * t20;
+    const double t33 = c1 * t20;
+    const double t34 = t31 + t33;
+    const double t35 = c1 * t9;
+    const double t36 = t35 - t32;
+    const double t37 = t30 * t34;
+    const double t38 = t28 * t36;
+    const double t39 = t38 - t37;
+
+    /* Square roots and arc tangents */
+    const double t40 = puma560_sqrt(t24);
+
+    /* shoulder and elbow: rpy_zyx */
+    const double t41 = (0.0 < t40) ? t40 : 1.0;
+    const double t42 = 1.0 / t41;
+    const double t43 = t15 * t42;
+    const double t44 = t22 * t42;
+    const double t45 = (0.0 < t40) ? t44 : 1.0;
+    const double t46 = t34 * t43;
+    const double t47 = t36 * t43;
+    const double t48 = t28 * t45;
+    const double t49 = t48 - t46;
+    const double t50 = t30 * t45;
+    const double t51 = t50 - t47;
+
+    /* Square roots and arc tangents */
+    const double t52 = puma560_atan2(t43, t45);
+    rpy_zyx[0] = t52;
+    const double t53 = puma560_atan2(t39, t40);
+    rpy_zyx[1] = t53;
+    const double t54 = puma560_atan2(t49, t51);
+    rpy_zyx[2] = t54;
+}
+
+void puma560_rpy_xyz(const double q[restrict PUMA560_DOF], double rpy_xyz[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: rpy_xyz */
+    const double t0 = c5 * c6;
+    const double t1 = c5 * s6;
+    const double t2 = s5 * c6;
+    const double t3 = s5 * s6;
+    const double t4 = s4 * s6;
+    const double t5 = c4 * s6;
+
+    /* forearm and flange: rpy_xyz */
+    const double t6 = c4 * t0;
+    const double t7 = t6 - t4;
+    const double t8 = s4 * t0;
+    const double t9 = t8 + t5;
+    const double t10 = s4 * c6;
+    const double t11 = c4 * c6;
+
+    /* forearm: rpy_xyz */
+    const double t12 = c4 * t1;
+    const double t13 = t10 + t12;
+    const double t14 = s4 * t1;
+    const double t15 = t14 - t11;
+
+    /* shoulder and elbow: rpy_xyz */
+    const double t16 = c23 * t7;
+    const double t17 = s23 * t7;
+    const double t18 = s23 * t2;
+    const double t19 = t18 - t16;
+    const double t20 = c23 * t2;
+    const double t21 = t17 + t20;
+    const double t22 = c23 * t13;
+    const double t23 = s23 * t13;
+    const double t24 = s23 * t3;
+    const double t25 = t24 - t22;
+    const double t26 = c23 * t3;
+    const double t27 = t23 + t26;
+
+    /* waist: rpy_xyz */
+    const double t28 = c1 * t19;
+    const double t29 = s1 * t19;
+    const double t30 = s1 * t9;
+    const double t31 = t30 - t28;
+    const double t32 = c1 * t9;
+    const double t33 = t29 + t32;
+    const double t34 = t27 * t33;
+    const double t35 = t31 * t31;
+    const double t36 = s1 * t15;
+    const double t37 = s1 * t25;
+    const double t38 = c1 * t25;
+    const double t39 = t36 - t38;
+    const double t40 = c1 * t15;
+    const double t41 = t37 + t40;
+    const double t42 = t21 * t41;
+    const double t43 = t42 - t34;
+    const double t44 = t39 * t39;
+    const double t45 = t35 + t44;
+
+    /* Square roots and arc tangents */
+    const double t46 = puma560_sqrt(t45);
+
+    /* waist: rpy_xyz */
+    const double t47 = (0.0 < t46) ? t46 : 1.0;
+    const double t48 = 1.0 / t47;
+    const double t49 = t39 * t48;
+    const double t50 = t31 * t48;
+    const double t51 = (0.0 < t46) ? t50 : 1.0;
+    const double t52 = t21 * t49;
+    const double t53 = t33 * t49;
+    const double t54 = t27 * t51;
+    const double t55 = t54 - t52;
+    const double t56 = t41 * t51;
+    const double t57 = t56 - t53;
+
+    /* Square roots and arc tangents */
+    const double t58 = puma560_atan2(t55, t57);
+    rpy_xyz[0] = t58;
+    const double t59 = puma560_atan2(t43, t46);
+    rpy_xyz[1] = t59;
+    const double t60 = puma560_atan2(t49, t51);
+    rpy_xyz[2] = t60;
+}
+
+void puma560_euler_zyz(const double q[restrict PUMA560_DOF], double euler_zyz[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: euler_zyz */
+    const double t0 = c5 * c6;
+    const double t1 = c5 * s6;
+    const double t2 = s5 * c6;
+    const double t3 = s5 * s6;
+    const double t4 = s4 * s6;
+    const double t5 = c4 * s6;
+
+    /* forearm and flange: euler_zyz */
+    const double t6 = c4 * t0;
+    const double t7 = t6 - t4;
+    const double t8 = s4 * t0;
+    const double t9 = t8 + t5;
+    const double t10 = s4 * c6;
+    const double t11 = c4 * c6;
+
+    /* forearm: euler_zyz */
+    const double t12 = c4 * t1;
+    const double t13 = t10 + t12;
+    const double t14 = s4 * t1;
+    const double t15 = t14 - t11;
+
+    /* shoulder and elbow: euler_zyz */
+    const double t16 = c23 * t7;
+    const double t17 = s23 * t7;
+    const double t18 = s23 * t2;
+    const double t19 = t18 - t16;
+    const double t20 = c23 * t2;
+    const double t21 = t17 + t20;
+    const double t22 = t21 * t21;
+    const double t23 = c23 * t13;
+    const double t24 = s23 * t13;
+    const double t25 = s23 * t3;
+    const double t26 = t25 - t23;
+    const double t27 = c23 * t3;
+    const double t28 = t24 + t27;
+    const double t29 = t28 * t28;
+    const double t30 = t22 + t29;
+
+    /* waist: euler_zyz */
+    const double t31 = c1 * t19;
+    const double t32 = s1 * t19;
+    const double t33 = s1 * t9;
+    const double t34 = t31 - t33;
+    const double t35 = c1 * t9;
+    const double t36 = t32 + t35;
+    const double t37 = s1 * t15;
+    const double t38 = s1 * t26;
+    const double t39 = c1 * t26;
+    const double t40 = t39 - t37;
+    const double t41 = c1 * t15;
+    const double t42 = t38 + t41;
+    const double t43 = t34 * t42;
+    const double t44 = t36 * t40;
+    const double t45 = t44 - t43;
+
+    /* Square roots and arc tangents */
+    const double t46 = puma560_sqrt(t30);
+
+    /* shoulder and elbow: euler_zyz */
+    const double t47 = (0.0 < t46) ? t46 : 1.0;
+    const double t48 = 1.0 / t47;
+    const double t49 = t28 * t48;
+    const double t50 = t21 * t48;
+    const double t51 = (0.0 < t46) ? t50 : 1.0;
+    const double t52 = t34 * t49;
+    const double t53 = t36 * t49;
+    const double t54 = t40 * t51;
+    const double t55 = t52 - t54;
+    const double t56 = t42 * t51;
+    const double t57 = t56 - t53;
+
+    /* Square roots and arc tangents */
+    const double t58 = puma560_atan2(t55, t57);
+    euler_zyz[0] = t58;
+    const double t59 = puma560_atan2(t46, t45);
+    euler_zyz[1] = t59;
+    const double t60 = puma560_atan2(t49, t51);
+    euler_zyz[2] = t60;
+}
+
+void puma560_axis_angle(const double q[restrict PUMA560_DOF], double axis_angle[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: axis_angle */
+    const double t0 = c5 * c6;
+    const double t1 = s5 * c6;
+    const double t2 = s4 * s6;
+    const double t3 = c4 * s6;
+
+    /* forearm and wrist_bend: axis_angle */
+    const double t4 = c4 * t0;
+    const double t5 = t4 - t2;
+    const double t6 = s4 * t0;
+    const double t7 = t6 + t3;
+    const double t8 = c4 * s5;
+    const double t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: axis_angle */
+    const double t10 = c23 * t5;
+    const double t11 = s23 * t5;
+    const double t12 = s23 * t1;
+    const double t13 = t12 - t10;
+    const double t14 = c23 * t1;
+    const double t15 = t11 + t14;
+    const double t16 = s23 * c5;
+    const double t17 = c23 * c5;
+
+    /* shoulder and elbow: axis_angle */
+    const double t18 = c23 * t8;
+    const double t19 = t16 + t18;
+    const double t20 = s23 * t8;
+    const double t21 = t20 - t17;
+
+    /* waist: axis_angle */
+    const double t22 = c1 * t13;
+    const double t23 = s1 * t13;
+    const double t24 = s1 * t7;
+    const double t25 = t24 - t22;
+    const double t26 = c1 * t7;
+    const double t27 = t23 + t26;
+    const double t28 = s1 * t9;
+    const double t29 = s1 * t19;
+    const double t30 = c1 * t19;
+    const double t31 = t28 + t30;
+    const double t32 = c1 * t9;
+    const double t33 = t32 - t29;
+    const double t34 = t15 * t33;
+    const double t35 = t21 * t27;
+    const double t36 = t34 - t35;
+    const double t37 = t15 * t31;
+    const double t38 = t21 * t25;
+    const double t39 = t38 - t37;
+    const double t40 = t27 * t31;
+    const double t41 = t25 * t33;
+    const double t42 = t41 - t40;
+    const double t43 = t25 - t39;
+    const double t44 = t25 + t39;
+    const double t45 = (t21 < 0.0) ? t43 : t44;
+
+    /* waist, shoulder and elbow: axis_angle */
+    const double t46 = -t21;
+    const double t47 = (t21 < 0.0) ? t46 : t21;
+    const double t48 = -t45;
+    const double t49 = (t45 < 0.0) ? t48 : t45;
+    const double t50 = t47 + t49;
+    const double t51 = 1.0 + t50;
+    const double t52 = t33 + t42;
+    const double t53 = t33 - t42;
+    const double t54 = t31 - t15;
+    const double t55 = t15 + t31;
+    const double t56 = t36 - t27;
+    const double t57 = t27 + t36;
+    const double t58 = -t57;
+    const double t59 = (t45 < 0.0) ? t54 : t52;
+    const double t60 = -t59;
+    const double t61 = (t45 < 0.0) ? t55 : t52;
+    const double t62 = -t61;
+    const double t63 = -t54;
+    const double t64 = (t45 < 0.0) ? t53 : t63;
+    const double t65 = -t55;
+    const double t66 = (t45 < 0.0) ? t53 : t65;
+    const double t67 = (t45 < 0.0) ? t56 : t51;
+    const double t68 = (t21 < 0.0) ? t60 : t67;
+    const double t69 = (t45 < 0.0) ? t51 : t56;
+    const double t70 = (t21 < 0.0) ? t66 : t69;
+    const double t71 = (t45 < 0.0) ? t58 : t51;
+    const double t72 = (t21 < 0.0) ? t71 : t62;
+    const double t73 = (t45 < 0.0) ? t51 : t58;
+    const double t74 = (t21 < 0.0) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const double t75 = puma560_sqrt(t51);
+
+    /* waist: axis_angle */
+    const double t76 = 1.0 / t75;
+    const double t77 = t76 * 0.5;
+    const double t78 = -t77;
+    const double t79 = (t74 < 0.0) ? t78 : t77;
+    const double t80 = (0.0 < t72) ? t77 : t79;
+    const double t81 = (t72 < 0.0) ? t78 : t80;
+    const double t82 = (0.0 < t68) ? t77 : t81;
+    const double t83 = (t68 < 0.0) ? t78 : t82;
+    const double t84 = t68 * t83;
+    const double t85 = t72 * t83;
+    const double t86 = t74 * t83;
+    const double t87 = t70 * t83;
+    const double t88 = t85 * t85;
+    const double t89 = t86 * t86;
+    const double t90 = t88 + t89;
+    const double t91 = t87 * t87;
+    const double t92 = t91 + t90;
+
+    /* Square roots and arc tangents */
+    const double t93 = puma560_sqrt(t92);
+
+    /* waist: axis_angle */
+    const double t94 = (0.0 < t93) ? t93 : 1.0;
+    const double t95 = 1.0 / t94;
+
+    /* Square roots and arc tangents */
+    const double t96 = puma560_atan2(t93, t84);
+
+    /* waist: axis_angle */
+    const double t97 = t96 * t95;
+    const double t98 = 2.0 * t97;
+    const double t99 = (0.0 < t93) ? t98 : 2.0;
+    const double t100 = t85 * t99;
+    axis_angle[0] = t100;
+    const double t101 = t86 * t99;
+    axis_angle[1] = t101;
+    const double t102 = t87 * t99;
+    axis_angle[2] = t102;
+}
+
+void puma560_quaternion_wxyz_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 24])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = t19 * t37;
+    const double t39 = t25 * t31;
+    const double t40 = t38 - t39;
+    const double t41 = t19 * t35;
+    const double t42 = t25 * t29;
+    const double t43 = t42 - t41;
+    const double t44 = t31 * t35;
+    const double t45 = t29 * t37;
+    const double t46 = t45 - t44;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const double t47 = s1 * c4;
+    const double t48 = s1 * t13;
+    const double t49 = c1 * t13;
+    const double t50 = t49 - t47;
+    const double t51 = c1 * c4;
+    const double t52 = t48 + t51;
+    const double t53 = t29 - t43;
+    const double t54 = t29 + t43;
+    const double t55 = (t25 < 0.0) ? t53 : t54;
+    const double t56 = -t25;
+    const double t57 = (t25 < 0.0) ? t56 : t25;
+
+    /* waist: jacobian */
+    const double t58 = -t55;
+    const double t59 = (t55 < 0.0) ? t58 : t55;
+    const double t60 = t57 + t59;
+    const double t61 = 1.0 + t60;
+    const double t62 = t37 + t46;
+    const double t63 = t37 - t46;
+    const double t64 = t35 - t19;
+    const double t65 = t19 + t35;
+    const double t66 = t40 - t31;
+    const double t67 = t31 + t40;
+    const double t68 = -t67;
+    const double t69 = (t55 < 0.0) ? t64 : t62;
+    const double t70 = -t69;
+    const double t71 = (t55 < 0.0) ? t65 : t62;
+    const double t72 = -t71;
+    const double t73 = -t64;
+    const double t74 = (t55 < 0.0) ? t63 : t73;
+    const double t75 = -t65;
+    const double t76 = (t55 < 0.0) ? t63 : t75;
+    const double t77 = (t55 < 0.0) ? t66 : t61;
+    const double t78 = (t25 < 0.0) ? t70 : t77;
+    const double t79 = (t55 < 0.0) ? t61 : t66;
+    const double t80 = (t25 < 0.0) ? t76 : t79;
+    const double t81 = (t55 < 0.0) ? t68 : t61;
+    const double t82 = (t25 < 0.0) ? t81 : t72;
+    const double t83 = (t55 < 0.0) ? t61 : t68;
+    const double t84 = (t25 < 0.0) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const double t85 = puma560_sqrt(t61);
+
+    /* waist: jacobian */
+    const double t86 = 1.0 / t85;
+    const double t87 = t86 * 0.5;
+    const double t88 = -t87;
+    const double t89 = (t84 < 0.0) ? t88 : t87;
+    const double t90 = (0.0 < t82) ? t87 : t89;
+    const double t91 = (t82 < 0.0) ? t88 : t90;
+    const double t92 = (0.0 < t78) ? t87 : t91;
+    const double t93 = (t78 < 0.0) ? t88 : t92;
+    const double t94 = t78 * t93;
+    const double t95 = t82 * t93;
+    const double t96 = t84 * t93;
+    const double t97 = t80 * t93;
+    const double t98 = 0.5 * t94;
+    jacobian[18] = t98;
+    const double t99 = 0.5 * t95;
+    jacobian[12] = t99;
+    const double t100 = 0.5 * t96;
+    const double t101 = 0.5 * t97;
+    const double t102 = -t101;
+    jacobian[0] = t102;
+    const double t103 = -t100;
+    jacobian[6] = t103;
+    const double t104 = c1 * t100;
+    const double t105 = s1 * t99;
+    const double t106 = t105 - t104;
+    jacobian[1] = t106;
+    jacobian[2] = t106;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t107 = c23 * t101;
+    const double t108 = t0 * t99;
+    const double t109 = t107 + t108;
+    const double t110 = t1 * t100;
+    const double t111 = t110 + t109;
+    jacobian[3] = t111;
+    const double t112 = t50 * t99;
+    const double t113 = t52 * t100;
+    const double t114 = t2 * t101;
+    const double t115 = t114 - t112;
+    const double t116 = t115 - t113;
+    jacobian[4] = t116;
+    const double t117 = t25 * t101;
+    const double t118 = t37 * t100;
+    const double t119 = t35 * t99;
+    const double t120 = t119 - t117;
+    const double t121 = t120 - t118;
+    jacobian[5] = t121;
+    const double t122 = s1 * t98;
+    const double t123 = c1 * t101;
+    const double t124 = t123 - t122;
+    jacobian[7] = t124;
+    jacobian[8] = t124;
+    const double t125 = t0 * t98;
+    const double t126 = t1 * t101;
+    const double t127 = c23 * t100;
+    const double t128 = t127 - t125;
+    const double t129 = t128 - t126;
+    jacobian[9] = t129;
+    const double t130 = t2 * t100;
+    const double t131 = t50 * t98;
+    const double t132 = t130 + t131;
+    const double t133 = t52 * t101;
+    const double t134 = t133 + t132;
+    jacobian[10] = t134;
+    const double t135 = t25 * t100;
+    const double t136 = t35 * t98;
+    const double t137 = t37 * t101;
+    const double t138 = t137 - t135;
+    const double t139 = t138 - t136;
+    jacobian[11] = t139;
+    const double t140 = s1 * t101;
+    const double t141 = s1 * t100;
+    const double t142 = c1 * t98;
+    const double t143 = t140 + t142;
+    jacobian[13] = t143;
+    jacobian[14] = t143;
+    const double t144 = c1 * t99;
+    const double t145 = t141 + t144;
+    const double t146 = -t145;
+    jacobian[19] = t146;
+    jacobian[20] = t146;
+    const double t147 = c23 * t99;
+    const double t148 = c23 * t98;
+
+    /* waist: jacobian */
+    const double t149 = t1 * t98;
+    const double t150 = t1 * t99;
+    const double t151 = t150 - t148;
+    const double t152 = t0 * t101;
+    const double t153 = t152 - t147;
+    const double t154 = t153 - t149;
+    jacobian[15] = t154;
+    const double t155 = t0 * t100;
+    const double t156 = t151 - t155;
+    jacobian[21] = t156;
+    const double t157 = t2 * t99;
+    const double t158 = t2 * t98;
+    const double t159 = t50 * t101;
+    const double t160 = t35 * t101;
+    const double t161 = t50 * t100;
+    const double t162 = t161 - t158;
+    const double t163 = t35 * t100;
+    const double t164 = t52 * t98;
+    const double t165 = t164 - t157;
+    const double t166 = t165 - t159;
+    jacobian[16] = t166;
+    const double t167 = t52 * t99;
+    const double t168 = t162 - t167;
+    jacobian[22] = t168;
+    const double t169 = t25 * t99;
+    const double t170 = t169 + t160;
+    const double t171 = t37 * t99;
+    const double t172 = t37 * t98;
+    const double t173 = t172 + t170;
+    jacobian[17] = t173;
+    const double t174 = t25 * t98;
+    const double t175 = t174 - t163;
+    const double t176 = t175 - t171;
+    jacobian[23] = t176;
+}
+
+void puma560_quaternion_xyzw_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 24])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = t19 * t37;
+    const double t39 = t25 * t31;
+    const double t40 = t38 - t39;
+    const double t41 = t19 * t35;
+    const double t42 = t25 * t29;
+    const double t43 = t42 - t41;
+    const double t44 = t31 * t35;
+    const double t45 = t29 * t37;
+    const double t46 = t45 - t44;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const double t47 = s1 * c4;
+    const double t48 = s1 * t13;
+    const double t49 = c1 * t13;
+    const double t50 = t49 - t47;
+    const double t51 = c1 * c4;
+    const double t52 = t48 + t51;
+    const double t53 = t29 - t43;
+    const double t54 = t29 + t43;
+    const double t55 = (t25 < 0.0) ? t53 : t54;
+    const double t56 = -t25;
+    const double t57 = (t25 < 0.0) ? t56 : t25;
+
+    /* waist: jacobian */
+    const double t58 = -t55;
+    const double t59 = (t55 < 0.0) ? t58 : t55;
+    const double t60 = t57 + t59;
+    const double t61 = 1.0 + t60;
+    const double t62 = t37 + t46;
+    const double t63 = t37 - t46;
+    const double t64 = t35 - t19;
+    const double t65 = t19 + t35;
+    const double t66 = t40 - t31;
+    const double t67 = t31 + t40;
+    const double t68 = -t67;
+    const double t69 = (t55 < 0.0) ? t64 : t62;
+    const double t70 = -t69;
+    const double t71 = (t55 < 0.0) ? t65 : t62;
+    const double t72 = -t71;
+    const double t73 = -t64;
+    const double t74 = (t55 < 0.0) ? t63 : t73;
+    const double t75 = -t65;
+    const double t76 = (t55 < 0.0) ? t63 : t75;
+    const double t77 = (t55 < 0.0) ? t66 : t61;
+    const double t78 = (t25 < 0.0) ? t70 : t77;
+    const double t79 = (t55 < 0.0) ? t61 : t66;
+    const double t80 = (t25 < 0.0) ? t76 : t79;
+    const double t81 = (t55 < 0.0) ? t68 : t61;
+    const double t82 = (t25 < 0.0) ? t81 : t72;
+    const double t83 = (t55 < 0.0) ? t61 : t68;
+    const double t84 = (t25 < 0.0) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const double t85 = puma560_sqrt(t61);
+
+    /* waist: jacobian */
+    const double t86 = 1.0 / t85;
+    const double t87 = t86 * 0.5;
+    const double t88 = -t87;
+    const double t89 = (t84 < 0.0) ? t88 : t87;
+    const double t90 = (0.0 < t82) ? t87 : t89;
+    const double t91 = (t82 < 0.0) ? t88 : t90;
+    const double t92 = (0.0 < t78) ? t87 : t91;
+    const double t93 = (t78 < 0.0) ? t88 : t92;
+    const double t94 = t78 * t93;
+    const double t95 = t82 * t93;
+    const double t96 = t84 * t93;
+    const double t97 = t80 * t93;
+    const double t98 = 0.5 * t94;
+    jacobian[12] = t98;
+    const double t99 = 0.5 * t95;
+    jacobian[6] = t99;
+    const double t100 = 0.5 * t96;
+    const double t101 = 0.5 * t97;
+    const double t102 = -t100;
+    jacobian[0] = t102;
+    const double t103 = -t101;
+    jacobian[18] = t103;
+    const double t104 = s1 * t98;
+    const double t105 = c1 * t101;
+    const double t106 = t105 - t104;
+    jacobian[1] = t106;
+    jacobian[2] = t106;
+    const double t107 = t0 * t98;
+    const double t108 = t1 * t101;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t109 = c23 * t100;
+    const double t110 = t109 - t107;
+    const double t111 = t110 - t108;
+    jacobian[3] = t111;
+    const double t112 = t2 * t100;
+    const double t113 = t50 * t98;
+    const double t114 = t112 + t113;
+    const double t115 = t52 * t101;
+    const double t116 = t115 + t114;
+    jacobian[4] = t116;
+    const double t117 = t25 * t100;
+    const double t118 = t35 * t98;
+    const double t119 = t37 * t101;
+    const double t120 = t119 - t117;
+    const double t121 = t120 - t118;
+    jacobian[5] = t121;
+    const double t122 = s1 * t101;
+    const double t123 = c1 * t98;
+    const double t124 = t122 + t123;
+    jacobian[7] = t124;
+    jacobian[8] = t124;
+    const double t125 = c23 * t99;
+
+    /* waist: jacobian */
+    const double t126 = t1 * t98;
+    const double t127 = t0 * t101;
+    const double t128 = t127 - t125;
+    const double t129 = t128 - t126;
+    jacobian[9] = t129;
+    const double t130 = t2 * t99;
+    const double t131 = t50 * t101;
+    const double t132 = t52 * t98;
+    const double t133 = t132 - t130;
+    const double t134 = t133 - t131;
+    jacobian[10] = t134;
+    const double t135 = t25 * t99;
+    const double t136 = t35 * t101;
+    const double t137 = t135 + t136;
+    const double t138 = t37 * t98;
+    const double t139 = t138 + t137;
+    jacobian[11] = t139;
+    const double t140 = s1 * t100;
+    const double t141 = s1 * t99;
+    const double t142 = c1 * t99;
+    const double t143 = t140 + t142;
+    const double t144 = -t143;
+    jacobian[13] = t144;
+    jacobian[14] = t144;
+    const double t145 = c1 * t100;
+    const double t146 = t141 - t145;
+    jacobian[19] = t146;
+    jacobian[20] = t146;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t147 = c23 * t98;
+    const double t148 = c23 * t101;
+    const double t149 = t0 * t100;
+    const double t150 = t0 * t99;
+    const double t151 = t148 + t150;
+    const double t152 = t1 * t99;
+    const double t153 = t152 - t147;
+    const double t154 = t153 - t149;
+    jacobian[15] = t154;
+    const double t155 = t1 * t100;
+    const double t156 = t155 + t151;
+    jacobian[21] = t156;
+    const double t157 = t2 * t98;
+    const double t158 = t25 * t98;
+    const double t159 = t2 * t101;
+    const double t160 = t25 * t101;
+    const double t161 = t52 * t99;
+    const double t162 = t52 * t100;
+    const double t163 = t50 * t100;
+    const double t164 = t163 - t157;
+    const double t165 = t164 - t161;
+    jacobian[16] = t165;
+    const double t166 = t50 * t99;
+    const double t167 = t159 - t166;
+    const double t168 = t167 - t162;
+    jacobian[22] = t168;
+    const double t169 = t35 * t100;
+    const double t170 = t158 - t169;
+    const double t171 = t37 * t100;
+    const double t172 = t37 * t99;
+    const double t173 = t170 - t172;
+    jacobian[17] = t173;
+    const double t174 = t35 * t99;
+    const double t175 = t174 - t160;
+    const double t176 = t175 - t171;
+    jacobian[23] = t176;
+}
+
+void puma560_rpy_zyx_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = t19 * t37;
+    const double t39 = t19 * t35;
+    const double t40 = t31 * t35;
+    const double t41 = t25 * t31;
+    const double t42 = t41 - t38;
+    const double t43 = t29 * t37;
+    const double t44 = t43 - t40;
+    const double t45 = t25 * t29;
+    const double t46 = t45 - t39;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const double t47 = t25 * t25;
+    const double t48 = t44 * t44;
+    const double t49 = t47 + t48;
+    const double t50 = s1 * c4;
+    const double t51 = s1 * t13;
+    const double t52 = c1 * t13;
+    const double t53 = t52 - t50;
+    const double t54 = c1 * c4;
+    const double t55 = t51 + t54;
+
+    /* Square roots and arc tangents */
+    const double t56 = puma560_sqrt(t49);
+
+    /* waist: jacobian */
+    const double t57 = (0.0 < t56) ? t56 : 1.0;
+    const double t58 = 1.0 / t57;
+    const double t59 = t44 * t58;
+    const double t60 = t25 * t58;
+    const double t61 = (0.0 < t56) ? t60 : 1.0;
+    const double t62 = (0.0 < t56) ? t58 : 0.0;
+    const double t63 = t42 * t61;
+    const double t64 = t46 * t61;
+    const double t65 = t19 * t62;
+    const double t66 = t35 * t59;
+    const double t67 = t66 - t63;
+    const double t68 = t37 * t59;
+    const double t69 = t68 + t64;
+    const double t70 = s1 * t69;
+    const double t71 = s1 * t67;
+    const double t72 = c1 * t67;
+    const double t73 = t72 - t70;
+    const double t74 = t62 * t73;
+    jacobian[1] = t74;
+    jacobian[2] = t74;
+    const double t75 = t73 * t65;
+    jacobian[13] = t75;
+    jacobian[14] = t75;
+    const double t76 = c1 * t69;
+    const double t77 = t71 + t76;
+    jacobian[7] = t77;
+    jacobian[8] = t77;
+    const double t78 = t0 * t69;
+    const double t79 = t0 * t67;
+    const double t80 = t1 * t67;
+    const double t81 = t78 + t80;
+    const double t82 = t1 * t69;
+    const double t83 = t79 - t82;
+    jacobian[9] = t83;
+    const double t84 = t62 * t81;
+    const double t85 = -t84;
+    jacobian[3] = t85;
+    const double t86 = t81 * t65;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t87 = c23 + t86;
+    const double t88 = -t87;
+    jacobian[15] = t88;
+    const double t89 = t53 * t69;
+    const double t90 = t53 * t67;
+    const double t91 = t55 * t67;
+    const double t92 = t89 + t91;
+    const double t93 = t62 * t92;
+    jacobian[4] = t93;
+    const double t94 = t55 * t69;
+    const double t95 = t94 - t90;
+    jacobian[10] = t95;
+    const double t96 = t92 * t65;
+    const double t97 = t96 - t2;
+    jacobian[16] = t97;
+    const double t98 = t35 * t69;
+    const double t99 = t35 * t67;
+    const double t100 = t37 * t67;
+    const double t101 = t100 - t98;
+    const double t102 = t62 * t101;
+    jacobian[5] = t102;
+    const double t103 = t37 * t69;
+    const double t104 = t99 + t103;
+    jacobian[11] = t104;
+    const double t105 = t101 * t65;
+    const double t106 = t25 + t105;
+    jacobian[17] = t106;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0;
+    jacobian[6] = 0.0;
+    jacobian[12] = 1.0;
+}
+
+void puma560_rpy_xyz_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = c1 * t35;
+    const double t39 = t19 * t37;
+    const double t40 = t19 * t35;
+    const double t41 = t31 * t35;
+    const double t42 = t25 * t31;
+    const double t43 = t42 - t39;
+    const double t44 = t25 * t29;
+    const double t45 = t44 - t40;
+    const double t46 = t29 * t37;
+    const double t47 = t46 - t41;
+    const double t48 = t29 * t29;
+    const double t49 = t43 * t43;
+    const double t50 = t48 + t49;
+
+    /* waist and forearm: jacobian */
+    const double t51 = s1 * c4;
+    const double t52 = s1 * t13;
+    const double t53 = c1 * t13;
+    const double t54 = t53 - t51;
+    const double t55 = c1 * c4;
+    const double t56 = t52 + t55;
+
+    /* Square roots and arc tangents */
+    const double t57 = puma560_sqrt(t50);
+
+    /* waist: jacobian */
+    const double t58 = (0.0 < t57) ? t57 : 1.0;
+    const double t59 = 1.0 / t58;
+    const double t60 = t43 * t59;
+    const double t61 = t29 * t59;
+    const double t62 = (0.0 < t57) ? t61 : 1.0;
+    const double t63 = (0.0 < t57) ? t59 : 0.0;
+    const double t64 = t19 * t60;
+    const double t65 = t31 * t60;
+    const double t66 = t47 * t62;
+    const double t67 = t66 - t64;
+    const double t68 = t45 * t62;
+    const double t69 = t65 + t68;
+    const double t70 = t63 * t38;
+    const double t71 = t67 * t70;
+    const double t72 = t71 - s1;
+    jacobian[1] = t72;
+    jacobian[2] = t72;
+    const double t73 = c1 * t69;
+    jacobian[7] = t73;
+    jacobian[8] = t73;
+    const double t74 = t63 * t69;
+    jacobian[12] = t74;
+    const double t75 = c1 * t63;
+    const double t76 = t67 * t75;
+    jacobian[13] = t76;
+    jacobian[14] = t76;
+    const double t77 = -t67;
+    jacobian[6] = t77;
+    const double t78 = t35 * t63;
+    const double t79 = t69 * t78;
+    jacobian[0] = t79;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t80 = c23 * t69;
+    const double t81 = c23 * t67;
+    const double t82 = t1 * t67;
+    const double t83 = t80 + t82;
+    const double t84 = t1 * t69;
+    const double t85 = t81 - t84;
+    jacobian[9] = t85;
+    const double t86 = t78 * t83;
+    const double t87 = t0 + t86;
+    const double t88 = -t87;
+    jacobian[3] = t88;
+    const double t89 = t63 * t83;
+    const double t90 = -t89;
+    jacobian[15] = t90;
+    const double t91 = t2 * t69;
+    const double t92 = t2 * t67;
+    const double t93 = t56 * t67;
+    const double t94 = t93 - t91;
+    const double t95 = t56 * t69;
+    const double t96 = t92 + t95;
+    jacobian[10] = t96;
+    const double t97 = t63 * t94;
+    jacobian[16] = t97;
+    const double t98 = t78 * t94;
+    const double t99 = t54 + t98;
+    jacobian[4] = t99;
+    const double t100 = t25 * t69;
+    const double t101 = t25 * t67;
+    const double t102 = t37 * t67;
+    const double t103 = t100 + t102;
+    const double t104 = t37 * t69;
+    const double t105 = t104 - t101;
+    jacobian[11] = t105;
+    const double t106 = t63 * t103;
+    jacobian[17] = t106;
+    const double t107 = t78 * t103;
+    const double t108 = t107 - t35;
+    jacobian[5] = t108;
+}
+
+void puma560_euler_zyz_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = t19 * t37;
+    const double t39 = t29 * t37;
+    const double t40 = t25 * t29;
+    const double t41 = t25 * t31;
+    const double t42 = t41 - t38;
+    const double t43 = t31 * t35;
+    const double t44 = t39 - t43;
+    const double t45 = t19 * t35;
+    const double t46 = t40 - t45;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const double t47 = t19 * t19;
+    const double t48 = t44 * t44;
+    const double t49 = t47 + t48;
+    const double t50 = s1 * c4;
+    const double t51 = s1 * t13;
+    const double t52 = c1 * t13;
+    const double t53 = t52 - t50;
+    const double t54 = c1 * c4;
+    const double t55 = t51 + t54;
+
+    /* Square roots and arc tangents */
+    const double t56 = puma560_sqrt(t49);
+
+    /* waist: jacobian */
+    const double t57 = (0.0 < t56) ? t56 : 1.0;
+    const double t58 = 1.0 / t57;
+    const double t59 = t44 * t58;
+    const double t60 = t19 * t58;
+    const double t61 = (0.0 < t56) ? t60 : 1.0;
+    const double t62 = (0.0 < t56) ? t58 : 0.0;
+    const double t63 = t42 * t61;
+    const double t64 = t46 * t61;
+    const double t65 = t29 * t59;
+    const double t66 = t65 - t63;
+    const double t67 = t31 * t59;
+    const double t68 = t67 + t64;
+    const double t69 = s1 * t68;
+    const double t70 = s1 * t66;
+    const double t71 = c1 * t66;
+    const double t72 = t71 - t69;
+    const double t73 = c1 * t68;
+    const double t74 = t70 + t73;
+    jacobian[7] = t74;
+    jacobian[8] = t74;
+    const double t75 = t62 * t72;
+    jacobian[13] = t75;
+    jacobian[14] = t75;
+    const double t76 = t25 * t62;
+    const double t77 = t72 * t76;
+    const double t78 = -t77;
+    jacobian[1] = t78;
+    jacobian[2] = t78;
+    const double t79 = t0 * t68;
+    const double t80 = t0 * t66;
+    const double t81 = t1 * t66;
+    const double t82 = t79 + t81;
+    const double t83 = t1 * t68;
+    const double t84 = t80 - t83;
+    jacobian[9] = t84;
+    const double t85 = t76 * t82;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t86 = t85 - c23;
+    jacobian[3] = t86;
+    const double t87 = t62 * t82;
+    const double t88 = -t87;
+    jacobian[15] = t88;
+    const double t89 = t53 * t68;
+    const double t90 = t53 * t66;
+    const double t91 = t55 * t66;
+    const double t92 = t89 + t91;
+    const double t93 = t55 * t68;
+    const double t94 = t93 - t90;
+    jacobian[10] = t94;
+    const double t95 = t62 * t92;
+    jacobian[16] = t95;
+    const double t96 = t76 * t92;
+    const double t97 = t2 + t96;
+    const double t98 = -t97;
+    jacobian[4] = t98;
+    const double t99 = t35 * t68;
+    const double t100 = t35 * t66;
+    const double t101 = t37 * t66;
+    const double t102 = t101 - t99;
+    const double t103 = t37 * t68;
+    const double t104 = t100 + t103;
+    jacobian[11] = t104;
+    const double t105 = t62 * t102;
+    jacobian[17] = t105;
+    const double t106 = t76 * t102;
+    const double t107 = t25 - t106;
+    jacobian[5] = t107;
+
+    /* Entries that need no computing */
+    jacobian[0] = 1.0;
+    jacobian[6] = 0.0;
+    jacobian[12] = 0.0;
+}
+
+void puma560_axis_angle_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const double q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_PUMA560_SINCOS(q[0], &s1, &c1);
+    double s23;
+    double c23;
+    KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
+    double s4;
+    double c4;
+    KINEGEN_PUMA560_SINCOS(q[3], &s4, &c4);
+    double s5;
+    double c5;
+    KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = c1 * s23;
+    const double t1 = s1 * s23;
+    const double t2 = s23 * s4;
+    const double t3 = c5 * c6;
+    const double t4 = s5 * c6;
+    const double t5 = s4 * s6;
+    const double t6 = c4 * s6;
+    const double t7 = c4 * t3;
+    const double t8 = t7 - t5;
+    const double t9 = s4 * t3;
+    const double t10 = t9 + t6;
+    const double t11 = c4 * s5;
+    const double t12 = s4 * s5;
+    const double t13 = c23 * s4;
+    const double t14 = c23 * t8;
+    const double t15 = s23 * t8;
+    const double t16 = s23 * t4;
+    const double t17 = t16 - t14;
+    const double t18 = c23 * t4;
+    const double t19 = t15 + t18;
+    const double t20 = s23 * c5;
+    const double t21 = c23 * c5;
+    const double t22 = c23 * t11;
+    const double t23 = t20 + t22;
+    const double t24 = s23 * t11;
+    const double t25 = t24 - t21;
+
+    /* waist and forearm: jacobian */
+    const double t26 = c1 * t17;
+    const double t27 = s1 * t17;
+    const double t28 = s1 * t10;
+    const double t29 = t28 - t26;
+    const double t30 = c1 * t10;
+    const double t31 = t27 + t30;
+    const double t32 = s1 * t12;
+    const double t33 = c1 * t12;
+    const double t34 = c1 * t23;
+    const double t35 = t32 + t34;
+    const double t36 = s1 * t23;
+    const double t37 = t33 - t36;
+    const double t38 = t19 * t37;
+    const double t39 = t25 * t31;
+    const double t40 = t38 - t39;
+    const double t41 = t19 * t35;
+    const double t42 = t25 * t29;
+    const double t43 = t42 - t41;
+    const double t44 = t31 * t35;
+    const double t45 = t29 * t37;
+    const double t46 = t45 - t44;
+    const double t47 = s1 * c4;
+    const double t48 = s1 * t13;
+    const double t49 = c1 * t13;
+    const double t50 = t49 - t47;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const double t51 = c1 * c4;
+    const double t52 = t48 + t51;
+    const double t53 = t29 - t43;
+    const double t54 = t29 + t43;
+    const double t55 = (t25 < 0.0) ? t53 : t54;
+    const double t56 = -t25;
+    const double t57 = (t25 < 0.0) ? t56 : t25;
+    const double t58 = -t55;
+    const double t59 = (t55 < 0.0) ? t58 : t55;
+    const double t60 = t57 + t59;
+    const double t61 = 1.0 + t60;
+    const double t62 = t37 + t46;
+    const double t63 = t37 - t46;
+    const double t64 = t35 - t19;
+    const double t65 = t19 + t35;
+    const double t66 = t40 - t31;
+    const double t67 = t31 + t40;
+    const double t68 = -t67;
+    const double t69 = (t55 < 0.0) ? t64 : t62;
+    const double t70 = -t69;
+    const double t71 = (t55 < 0.0) ? t65 : t62;
+    const double t72 = -t71;
+    const double t73 = -t64;
+    const double t74 = (t55 < 0.0) ? t63 : t73;
+    const double t75 = -t65;
+    const double t76 = (t55 < 0.0) ? t63 : t75;
+    const double t77 = (t55 < 0.0) ? t66 : t61;
+    const double t78 = (t25 < 0.0) ? t70 : t77;
+    const double t79 = (t55 < 0.0) ? t61 : t66;
+    const double t80 = (t25 < 0.0) ? t76 : t79;
+    const double t81 = (t55 < 0.0) ? t68 : t61;
+    const double t82 = (t25 < 0.0) ? t81 : t72;
+    const double t83 = (t55 < 0.0) ? t61 : t68;
+    const double t84 = (t25 < 0.0) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const double t85 = puma560_sqrt(t61);
+
+    /* waist: jacobian */
+    const double t86 = 1.0 / t85;
+    const double t87 = t86 * 0.5;
+    const double t88 = -t87;
+    const double t89 = (t84 < 0.0) ? t88 : t87;
+    const double t90 = (0.0 < t82) ? t87 : t89;
+    const double t91 = (t82 < 0.0) ? t88 : t90;
+    const double t92 = (0.0 < t78) ? t87 : t91;
+    const double t93 = (t78 < 0.0) ? t88 : t92;
+    const double t94 = t78 * t93;
+    const double t95 = t82 * t93;
+    const double t96 = t84 * t93;
+    const double t97 = t80 * t93;
+    const double t98 = t95 * t95;
+    const double t99 = t96 * t96;
+    const double t100 = t98 + t99;
+    const double t101 = t97 * t97;
+    const double t102 = t101 + t100;
+
+    /* Square roots and arc tangents */
+    const double t103 = puma560_sqrt(t102);
+
+    /* waist: jacobian */
+    const double t104 = (0.0 < t103) ? t103 : 1.0;
+    const double t105 = 1.0 / t104;
+    const double t106 = t95 * t105;
+    const double t107 = t96 * t105;
+    const double t108 = t97 * t105;
+
+    /* Square roots and arc tangents */
+    const double t109 = puma560_atan2(t103, t94);
+
+    /* waist: jacobian */
+    const double t110 = t94 * t109;
+    const double t111 = t109 * t105;
+    const double t112 = t105 * t110;
+    const double t113 = 2.0 * t111;
+    const double t114 = (0.0 < t103) ? t113 : 2.0;
+    const double t115 = (0.0 < t103) ? t112 : 1.0;
+    const double t116 = t95 * t114;
+    const double t117 = t96 * t114;
+    const double t118 = t97 * t114;
+    const double t119 = 0.5 * t116;
+    const double t120 = 0.5 * t117;
+    const double t121 = 0.5 * t118;
+    const double t122 = t115 - 1.0;
+    const double t123 = t106 * t122;
+    const double t124 = t107 * t122;
+    const double t125 = t108 * t122;
+    const double t126 = t107 * t123;
+    const double t127 = t106 * t123;
+    const double t128 = t106 * t125;
+    const double t129 = t115 - t127;
+    const double t130 = t107 * t124;
+    const double t131 = t108 * t124;
+    const double t132 = t108 * t125;
+    const double t133 = t115 - t130;
+    const double t134 = t115 - t132;
+    jacobian[12] = t134;
+    const double t135 = t121 - t126;
+    const double t136 = t121 + t126;
+    const double t137 = t120 + t128;
+    const double t138 = t120 - t128;
+    const double t139 = -t137;
+    jacobian[0] = t139;
+    const double t140 = t119 - t131;
+    jacobian[6] = t140;
+    const double t141 = t119 + t131;
+    const double t142 = s1 * t129;
+    const double t143 = c1 * t135;
+    const double t144 = t143 - t142;
+    jacobian[1] = t144;
+    jacobian[2] = t144;
+    const double t145 = t0 * t129;
+    const double t146 = t1 * t135;
+
+    /* waist, shoulder and elbow: jacobian */
+    const double t147 = c23 * t137;
+    const double t148 = t147 - t145;
+    const double t149 = t148 - t146;
+    jacobian[3] = t149;
+    const double t150 = t2 * t137;
+    const double t151 = t25 * t137;
+    const double t152 = t50 * t129;
+    const double t153 = t150 + t152;
+    const double t154 = t35 * t129;
+    const double t155 = t52 * t135;
+    const double t156 = t155 + t153;
+    jacobian[4] = t156;
+    const double t157 = t37 * t135;
+    const double t158 = t157 - t151;
+    const double t159 = t158 - t154;
+    jacobian[5] = t159;
+    const double t160 = s1 * t136;
+    const double t161 = s1 * t138;
+    const double t162 = c1 * t133;
+    const double t163 = t160 + t162;
+    jacobian[7] = t163;
+    jacobian[8] = t163;
+    const double t164 = c1 * t141;
+    const double t165 = t161 + t164;
+    const double t166 = -t165;
+    jacobian[13] = t166;
+    jacobian[14] = t166;
+    const double t167 = c23 * t140;
+    const double t168 = c23 * t134;
+
+    /* waist: jacobian */
+    const double t169 = t1 * t133;
+    const double t170 = t1 * t141;
+    const double t171 = t170 - t168;
+    const double t172 = t0 * t136;
+    const double t173 = t172 - t167;
+    const double t174 = t173 - t169;
+    jacobian[9] = t174;
+    const double t175 = t0 * t138;
+    const double t176 = t171 - t175;
+    jacobian[15] = t176;
+    const double t177 = t2 * t140;
+    const double t178 = t25 * t140;
+    const double t179 = t2 * t134;
+    const double t180 = t25 * t134;
+    const double t181 = t50 * t136;
+    const double t182 = t35 * t136;
+    const double t183 = t178 + t182;
+    const double t184 = t50 * t138;
+    const double t185 = t184 - t179;
+    const double t186 = t35 * t138;
+    const double t187 = t180 - t186;
+    const double t188 = t52 * t133;
+    const double t189 = t188 - t177;
+    const double t190 = t189 - t181;
+    jacobian[10] = t190;
+    const double t191 = t37 * t133;
+    const double t192 = t191 + t183;
+    jacobian[11] = t192;
+    const double t193 = t52 * t141;
+    const double t194 = t185 - t193;
+    jacobian[16] = t194;
+    const double t195 = t37 * t141;
+    const double t196 = t187 - t195;
+    jacobian[17] = t196;
+}
+
+void puma560_inverse_pose(const double a_T_b[restrict 16], double b_T_a[restrict 16])
+{
+    /* position */
+    const double t0 = a_T_b[0] * a_T_b[3];
+    const double t1 = a_T_b[4] * a_T_b[7];
+    const double t2 = t0 + t1;
+    const double t3 = a_T_b[8] * a_T_b[11];
+    const double t4 = t3 + t2;
+    const double t5 = -t4;
+    b_T_a[3] = t5;
+    const double t6 = a_T_b[1] * a_T_b[3];
+    const double t7 = a_T_b[5] * a_T_b[7];
+    const double t8 = t6 + t7;
+    const double t9 = a_T_b[9] * a_T_b[11];
+    const double t10 = t9 + t8;
+    const double t11 = -t10;
+    b_T_a[7] = t11;
+    const double t12 = a_T_b[2] * a_T_b[3];
+    const double t13 = a_T_b[6] * a_T_b[7];
+    const double t14 = t12 + t13;
+    const double t15 = a_T_b[10] * a_T_b[11];
+    const double t16 = t15 + t14;
+    const double t17 = -t16;
+    b_T_a[11] = t17;
+
+    /* Entries that need no computing */
+    b_T_a[0] = a_T_b[0];
+    b_T_a[1] = a_T_b[4];
+    b_T_a[2] = a_T_b[8];
+    b_T_a[4] = a_T_b[1];
+    b_T_a[5] = a_T_b[5];
+    b_T_a[6] = a_T_b[9];
+    b_T_a[8] = a_T_b[2];
+    b_T_a[9] = a_T_b[6];
+    b_T_a[10] = a_T_b[10];
+    b_T_a[12] = 0.0;
+    b_T_a[13] = 0.0;
+    b_T_a[14] = 0.0;
+    b_T_a[15] = 1.0;
+}
+
+void puma560_transform_point(const double a_T_b[restrict 16], const double b_p[restrict 3], double a_p[restrict 3])
+{
+    /* a_p */
+    const double t0 = a_T_b[0] * b_p[0];
+    const double t1 = a_T_b[3] + t0;
+    const double t2 = a_T_b[1] * b_p[1];
+    const double t3 = t2 + t1;
+    const double t4 = a_T_b[2] * b_p[2];
+    const double t5 = t4 + t3;
+    a_p[0] = t5;
+    const double t6 = a_T_b[4] * b_p[0];
+    const double t7 = a_T_b[7] + t6;
+    const double t8 = a_T_b[5] * b_p[1];
+    const double t9 = t8 + t7;
+    const double t10 = a_T_b[6] * b_p[2];
+    const double t11 = t10 + t9;
+    a_p[1] = t11;
+    const double t12 = a_T_b[8] * b_p[0];
+    const double t13 = a_T_b[11] + t12;
+    const double t14 = a_T_b[9] * b_p[1];
+    const double t15 = t14 + t13;
+    const double t16 = a_T_b[10] * b_p[2];
+    const double t17 = t16 + t15;
+    a_p[2] = t17;
+}
+
+void puma560_adjoint(const double a_T_b[restrict 16], double adjoint[restrict 36])
+{
+    /* adjoint */
+    const double t0 = a_T_b[4] * a_T_b[11];
+    const double t1 = a_T_b[7] * a_T_b[8];
+    const double t2 = t1 - t0;
+    adjoint[3] = t2;
+    const double t3 = a_T_b[0] * a_T_b[11];
+    const double t4 = a_T_b[3] * a_T_b[8];
+    const double t5 = t3 - t4;
+    adjoint[9] = t5;
+    const double t6 = a_T_b[0] * a_T_b[7];
+    const double t7 = a_T_b[3] * a_T_b[4];
+    const double t8 = t7 - t6;
+    adjoint[15] = t8;
+    const double t9 = a_T_b[5] * a_T_b[11];
+    const double t10 = a_T_b[7] * a_T_b[9];
+    const double t11 = t10 - t9;
+    adjoint[4] = t11;
+    const double t12 = a_T_b[1] * a_T_b[11];
+    const double t13 = a_T_b[3] * a_T_b[9];
+    const double t14 = t12 - t13;
+    adjoint[10] = t14;
+    const double t15 = a_T_b[1] * a_T_b[7];
+    const double t16 = a_T_b[3] * a_T_b[5];
+    const double t17 = t16 - t15;
+    adjoint[16] = t17;
+    const double t18 = a_T_b[6] * a_T_b[11];
+    const double t19 = a_T_b[7] * a_T_b[10];
+    const double t20 = t19 - t18;
+    adjoint[5] = t20;
+    const double t21 = a_T_b[2] * a_T_b[11];
+    const double t22 = a_T_b[3] * a_T_b[10];
+    const double t23 = t21 - t22;
+    adjoint[11] = t23;
+    const double t24 = a_T_b[2] * a_T_b[7];
+    const double t25 = a_T_b[3] * a_T_b[6];
+    const double t26 = t25 - t24;
+    adjoint[17] = t26;
+
+    /* Entries that need no computing */
+    adjoint[0] = a_T_b[0];
+    adjoint[1] = a_T_b[1];
+    adjoint[2] = a_T_b[2];
+    adjoint[6] = a_T_b[4];
+    adjoint[7] = a_T_b[5];
+    adjoint[8] = a_T_b[6];
+    adjoint[12] = a_T_b[8];
+    adjoint[13] = a_T_b[9];
+    adjoint[14] = a_T_b[10];
+    adjoint[18] = 0.0;
+    adjoint[19] = 0.0;
+    adjoint[20] = 0.0;
+    adjoint[21] = a_T_b[0];
+    adjoint[22] = a_T_b[1];
+    adjoint[23] = a_T_b[2];
+    adjoint[24] = 0.0;
+    adjoint[25] = 0.0;
+    adjoint[26] = 0.0;
+    adjoint[27] = a_T_b[4];
+    adjoint[28] = a_T_b[5];
+    adjoint[29] = a_T_b[6];
+    adjoint[30] = 0.0;
+    adjoint[31] = 0.0;
+    adjoint[32] = 0.0;
+    adjoint[33] = a_T_b[8];
+    adjoint[34] = a_T_b[9];
+    adjoint[35] = a_T_b[10];
+}
+
+void puma560_inverse(const double base_T_tool[restrict 16], double solutions[restrict PUMA560_BRANCHES][PUMA560_DOF],
+                     uint8_t valid[restrict PUMA560_BRANCHES])
+{
+    /* all results */
+    const double t0 = base_T_tool[3] * 0.15005;
+    const double t1 = base_T_tool[7] * 0.15005;
+    const double t2 = base_T_tool[3] * base_T_tool[3];
+    const double t3 = base_T_tool[7] * base_T_tool[7];
+    const double t4 = t2 + t3;
+    const double t5 = 1.0 / t4;
+    const double t6 = base_T_tool[11] * base_T_tool[11];
+    const double t7 = t6 + t4;
+    const uint8_t t8 = (t7 < 1000000000000000.0) ? 1U : 0U;
+    const double t9 = t4 - 0.0225150025;
+    const double t10 = (0.0 < t9) ? t9 : 0.0;
+    const uint8_t t11 = ((-2.8112754080211745e-13) < t9) ? 1U : 0U;
+    const double t12 = base_T_tool[0] * base_T_tool[0];
+    const double t13 = base_T_tool[4] * base_T_tool[4];
+    const double t14 = t12 + t13;
+    const double t15 = base_T_tool[8] * base_T_tool[8];
+    const double t16 = t15 + t14;
+    const double t17 = t16 - 1.0;
+    const double t18 = t17 * t17;
+    const double t19 = base_T_tool[1] * base_T_tool[1];
+    const double t20 = base_T_tool[5] * base_T_tool[5];
+    const double t21 = t19 + t20;
+    const double t22 = base_T_tool[9] * base_T_tool[9];
+    const double t23 = t22 + t21;
+    const double t24 = t23 - 1.0;
+    const double t25 = t24 * t24;
+    const double t26 = t18 + t25;
+    const double t27 = base_T_tool[0] * base_T_tool[1];
+    const double t28 = base_T_tool[4] * base_T_tool[5];
+    const double t29 = t27 + t28;
+    const double t30 = base_T_tool[8] * base_T_tool[9];
+    const double t31 = t30 + t29;
+    const double t32 = t31 * t31;
+    const double t33 = t32 + t26;
+    const double t34 = base_T_tool[0] * base_T_tool[5];
+    const double t35 = base_T_tool[1] * base_T_tool[4];
+    const double t36 = t34 - t35;
+    const double t37 = base_T_tool[10] - t36;
+    const double t38 = t37 * t37;
+    const double t39 = t38 + t33;
+    const double t40 = base_T_tool[4] * base_T_tool[9];
+    const double t41 = base_T_tool[5] * base_T_tool[8];
+    const double t42 = t40 - t41;
+    const double t43 = base_T_tool[2] - t42;
+    const double t44 = t43 * t43;
+    const double t45 = t44 + t39;
+    const double t46 = base_T_tool[1] * base_T_tool[8];
+    const double t47 = base_T_tool[0] * base_T_tool[9];
+    const double t48 = t46 - t47;
+    const double t49 = base_T_tool[6] - t48;
+    const double t50 = t49 * t49;
+    const double t51 = t50 + t45;
+    const uint8_t t52 = (t51 < 9e-12) ? t8 : 0U;
+    const uint8_t t53 = (uint8_t)(t52 & t11);
+
+    /* Square roots and arc tangents */
+    const double t54 = puma560_sqrt(t10);
+    const double t55 = puma560_atan2(base_T_tool[7], base_T_tool[3]);
+
+    /* shoulder, elbow, forearm, wrist_bend, flange and valid */
+    const double t56 = base_T_tool[3] * t54;
+    const double t57 = base_T_tool[7] * t54;
+    const double t58 = t54 * t54;
+    const double t59 = t6 + t58;
+    const double t60 = t56 + t1;
+    const double t61 = t56 - t1;
+    const double t62 = t5 * t60;
+    const double t63 = t5 * t61;
+    const double t64 = t0 - t57;
+    const double t65 = t0 + t57;
+    const double t66 = t5 * t64;
+    const double t67 = t5 * t65;
+    const double t68 = base_T_tool[0] * t62;
+    const double t69 = base_T_tool[0] * t66;
+    const double t70 = base_T_tool[4] * t62;
+    const double t71 = t69 + t70;
+    const double t72 = base_T_tool[4] * t66;
+    const double t73 = t68 - t72;
+    const double t74 = base_T_tool[1] * t62;
+    const double t75 = base_T_tool[1] * t66;
+    const double t76 = base_T_tool[5] * t62;
+    const double t77 = t75 + t76;
+    const double t78 = base_T_tool[5] * t66;
+    const double t79 = t74 - t78;
+    const double t80 = base_T_tool[2] * t62;
+    const double t81 = base_T_tool[6] * t62;
+    const double t82 = base_T_tool[2] * t66;
+    const double t83 = t82 + t81;
+    const double t84 = t83 * t83;
+    const double t85 = base_T_tool[6] * t66;
+    const double t86 = t80 - t85;
+    const double t87 = base_T_tool[0] * t63;
+    const double t88 = base_T_tool[0] * t67;
+    const double t89 = base_T_tool[4] * t63;
+    const double t90 = t88 - t89;
+    const double t91 = base_T_tool[4] * t67;
+    const double t92 = t87 + t91;
+    const double t93 = base_T_tool[1] * t63;
+    const double t94 = base_T_tool[1] * t67;
+    const double t95 = base_T_tool[5] * t63;
+    const double t96 = t94 - t95;
+    const double t97 = base_T_tool[5] * t67;
+    const double t98 = t93 + t97;
+    const double t99 = base_T_tool[2] * t63;
+    const double t100 = base_T_tool[6] * t63;
+    const double t101 = base_T_tool[2] * t67;
+    const double t102 = t101 - t100;
+    const double t103 = t102 * t102;
+    const double t104 = base_T_tool[6] * t67;
+    const double t105 = t99 + t104;
+    const double t106 = t59 * 2.6787076895038266;
+    const double t107 = t59 + 0.00041209;
+    const double t108 = t106 - 2.0000006092628144;
+    const double t109 = t106 - 6.092628145770562e-07;
+    const double t110 = t108 * t109;
+    const double t111 = t109 - 1.0;
+    const double t112 = t107 * 1.46103566549868e-11;
+    const uint8_t t113 = (t110 < t112) ? 1U : 0U;
+    const uint8_t t114 = (uint8_t)(t113 & t53);
+    const double t115 = t107 * 1.4267926420885547e-14;
+    const double t116 = -t110;
+    const double t117 = (t115 < t116) ? t116 : 0.0;
+    const double t118 = t109 * 0.4322769135635166;
+    const double t119 = t118 - 0.00047691356351659784;
+    const double t120 = t109 * 0.4318;
+    const double t121 = 0.00047691356351659784 + t120;
+    const double t122 = t121 * t121;
+
+    /* Square roots and arc tangents */
+    const double t123 = puma560_sqrt(t117);
+    const double t124 = puma560_atan2(0.15005, t54);
+    const double t125 = puma560_atan2(base_T_tool[11], t54);
+
+    /* waist, shoulder, forearm, wrist_bend, flange and valid */
+    const double t126 = t123 * 0.4322769135635166;
+    const double t127 = t123 * 0.4318;
+    const double t128 = t127 * t127;
+    const double t129 = t122 + t128;
+    const double t130 = t59 * t129;
+    const double t131 = t55 - t124;
+    const double t132 = t55 + t124;
+    const double t133 = t132 - 3.141592653589793;
+    const double t134 = t131 - 6.283185307179586;
+    const double t135 = (3.141592653589793 < t131) ? t134 : t131;
+    const double t136 = 6.283185307179586 + t135;
+    const double t137 = (t135 < (-3.141592653589793)) ? t136 : t135;
+    solutions[0][0] = t137;
+    solutions[1][0] = t137;
+    solutions[2][0] = t137;
+    solutions[3][0] = t137;
+    const uint8_t t138 = ((-2.7925269061909272) < t137) ? t114 : 0U;
+    const uint8_t t139 = (t137 < 2.7925269061909272) ? t138 : 0U;
+    const double t140 = 6.283185307179586 + t133;
+    const double t141 = (t133 < (-3.141592653589793)) ? t140 : t133;
+    solutions[4][0] = t141;
+    solutions[5][0] = t141;
+    solutions[6][0] = t141;
+    solutions[7][0] = t141;
+    const uint8_t t142 = ((-2.7925269061909272) < t141) ? t114 : 0U;
+    const uint8_t t143 = (t141 < 2.7925269061909272) ? t142 : 0U;
+
+    /* Square roots and arc tangents */
+    const double t144 = puma560_atan2(t123, t111);
+    const double t145 = puma560_atan2(t126, t119);
+    const double t146 = puma560_sqrt(t130);
+
+    /* forearm, wrist_bend, flange and valid */
+    const double t147 = 1.0 / t146;
+    const double t148 = t121 * t147;
+    const double t149 = t127 * t147;
+    const double t150 = t148 * 0.04696063880130675;
+    const double t151 = t148 * 0.9988967406110469;
+    const double t152 = t149 * 0.04696063880130675;
+    const double t153 = t149 * 0.9988967406110469;
+    const double t154 = t150 + t153;
+    const double t155 = t150 - t153;
+    const double t156 = t151 - t152;
+    const double t157 = t151 + t152;
+    const double t158 = t54 * t154;
+    const double t159 = base_T_tool[11] * t154;
+    const double t160 = t54 * t156;
+    const double t161 = base_T_tool[11] * t156;
+    const double t162 = t161 - t158;
+    const double t163 = t158 + t161;
+    const double t164 = t160 + t159;
+    const double t165 = t160 - t159;
+    const double t166 = t54 * t155;
+    const double t167 = t54 * t157;
+    const double t168 = base_T_tool[11] * t155;
+    const double t169 = base_T_tool[11] * t157;
+    const double t170 = t169 - t166;
+    const double t171 = t166 + t169;
+    const double t172 = t167 + t168;
+    const double t173 = t167 - t168;
+    const double t174 = t73 * t162;
+    const double t175 = t73 * t170;
+    const double t176 = base_T_tool[8] * t164;
+    const double t177 = t176 - t174;
+    const double t178 = t79 * t162;
+    const double t179 = t79 * t170;
+    const double t180 = base_T_tool[9] * t164;
+    const double t181 = t180 - t178;
+    const double t182 = t86 * t162;
+    const double t183 = base_T_tool[10] * t162;
+    const double t184 = t86 * t164;
+    const double t185 = t184 + t183;
+    const double t186 = base_T_tool[10] * t164;
+    const double t187 = t182 - t186;
+    const double t188 = t187 * t187;
+    const double t189 = t84 + t188;
+    const double t190 = (t189 < 1e-20) ? 1.0 : t187;
+    const double t191 = (t189 < 1e-20) ? 0.0 : t83;
+    const double t192 = t177 * t191;
+    const double t193 = t181 * t191;
+    const double t194 = t71 * t190;
+    const double t195 = t194 + t192;
+    const double t196 = t77 * t190;
+    const double t197 = t196 + t193;
+
+    /* shoulder, elbow, forearm, wrist_bend, flange and valid */
+    const double t198 = t145 + t125;
+    const double t199 = t145 - t125;
+    const double t200 = 6.283185307179586 + t198;
+    const double t201 = -t198;
+    const double t202 = (1.5707963267948966 < t201) ? t200 : t198;
+    const double t203 = t198 - 3.141592653589793;
+    const double t204 = 6.283185307179586 - t202;
+    const double t205 = -t202;
+    const double t206 = (4.71238898038469 < t202) ? t204 : t205;
+    solutions[0][1] = t206;
+    solutions[1][1] = t206;
+    const uint8_t t207 = ((-3.9269909199872415) < t206) ? t139 : 0U;
+    const uint8_t t208 = (t206 < 0.7853982663974484) ? t207 : 0U;
+    const double t209 = t144 - 1.5238184104468135;
+    const double t210 = t144 + 1.5238184104468135;
+    const double t211 = 6.283185307179586 + t209;
+    const double t212 = (t209 < (-3.141592653589793)) ? t211 : t209;
+    solutions[0][2] = t212;
+    solutions[1][2] = t212;
+    solutions[6][2] = t212;
+    solutions[7][2] = t212;
+    const double t213 = base_T_tool[8] * t172;
+    const double t214 = t213 - t175;
+    const double t215 = base_T_tool[9] * t172;
+    const double t216 = t215 - t179;
+    const double t217 = t86 * t170;
+    const double t218 = t86 * t172;
+    const double t219 = base_T_tool[10] * t170;
+    const double t220 = t218 + t219;
+    const double t221 = base_T_tool[10] * t172;
+    const double t222 = t217 - t221;
+    const double t223 = t222 * t222;
+    const double t224 = t84 + t223;
+    const double t225 = (t224 < 1e-20) ? 1.0 : t222;
+    const double t226 = (t224 < 1e-20) ? 0.0 : t83;
+    const double t227 = t71 * t225;
+    const double t228 = t77 * t225;
+    const double t229 = t214 * t226;
+    const double t230 = t227 + t229;
+    const double t231 = t216 * t226;
+    const double t232 = t228 + t231;
+    const double t233 = t199 - 6.283185307179586;
+    const double t234 = (1.5707963267948966 < t199) ? t233 : t199;
+    const double t235 = 3.141592653589793 + t199;
+    const double t236 = 6.283185307179586 + t234;
+    const double t237 = (t234 < (-4.71238898038469)) ? t236 : t234;
+    solutions[2][1] = t237;
+    solutions[3][1] = t237;
+    const uint8_t t238 = ((-3.9269909199872415) < t237) ? t139 : 0U;
+    const uint8_t t239 = (t237 < 0.7853982663974484) ? t238 : 0U;
+    const double t240 = t210 - 6.283185307179586;
+    const double t241 = (3.141592653589793 < t210) ? t240 : t210;
+    const double t242 = -t241;
+    solutions[2][2] = t242;
+    solutions[3][2] = t242;
+    solutions[4][2] = t242;
+    solutions[5][2] = t242;
+    const double t243 = t92 * t171;
+    const double t244 = t92 * t163;
+    const double t245 = base_T_tool[8] * t173;
+    const double t246 = t243 - t245;
+    const double t247 = t98 * t171;
+    const double t248 = t98 * t163;
+    const double t249 = base_T_tool[9] * t173;
+    const double t250 = t247 - t249;
+
+    /* shoulder, forearm, wrist_bend, flange and valid */
+    const double t251 = t105 * t171;
+    const double t252 = base_T_tool[10] * t171;
+    const double t253 = t105 * t173;
+    const double t254 = t253 + t252;
+    const double t255 = base_T_tool[10] * t173;
+    const double t256 = t255 - t251;
+    const double t257 = t256 * t256;
+    const double t258 = t103 + t257;
+    const double t259 = (t258 < 1e-20) ? 1.0 : t256;
+    const double t260 = (t258 < 1e-20) ? 0.0 : t102;
+    const double t261 = t246 * t260;
+    const double t262 = t250 * t260;
+    const double t263 = t90 * t259;
+    const double t264 = t263 + t261;
+    const double t265 = t96 * t259;
+    const double t266 = t265 + t262;
+    const double t267 = t203 - 6.283185307179586;
+    const double t268 = (1.5707963267948966 < t203) ? t267 : t203;
+    const double t269 = 6.283185307179586 + t268;
+    const double t270 = (t268 < (-4.71238898038469)) ? t269 : t268;
+    solutions[4][1] = t270;
+    solutions[5][1] = t270;
+    const uint8_t t271 = ((-3.9269909199872415) < t270) ? t143 : 0U;
+    const uint8_t t272 = (t270 < 0.7853982663974484) ? t271 : 0U;
+    const double t273 = base_T_tool[8] * t165;
+    const double t274 = t244 - t273;
+    const double t275 = base_T_tool[9] * t165;
+    const double t276 = t248 - t275;
+    const double t277 = t105 * t163;
+    const double t278 = t105 * t165;
+    const double t279 = base_T_tool[10] * t163;
+    const double t280 = t278 + t279;
+    const double t281 = base_T_tool[10] * t165;
+    const double t282 = t281 - t277;
+    const double t283 = t282 * t282;
+    const double t284 = t103 + t283;
+    const double t285 = (t284 < 1e-20) ? 1.0 : t282;
+    const double t286 = (t284 < 1e-20) ? 0.0 : t102;
+    const double t287 = t90 * t285;
+    const double t288 = t96 * t285;
+    const double t289 = t274 * t286;
+    const double t290 = t287 + t289;
+    const double t291 = t276 * t286;
+    const double t292 = t288 + t291;
+    const double t293 = 6.283185307179586 + t235;
+    const double t294 = -t235;
+    const double t295 = (1.5707963267948966 < t294) ? t293 : t235;
+    const double t296 = 6.283185307179586 - t295;
+    const double t297 = -t295;
+    const double t298 = (4.71238898038469 < t295) ? t296 : t297;
+    solutions[6][1] = t298;
+    solutions[7][1] = t298;
+
+    /* valid */
+    const uint8_t t299 = ((-3.9269909199872415) < t298) ? t143 : 0U;
+    const uint8_t t300 = (t298 < 0.7853982663974484) ? t299 : 0U;
+
+    /* Square roots and arc tangents */
+    const double t301 = puma560_atan2(t191, t190);
+    const double t302 = puma560_atan2(t195, t197);
+    solutions[1][5] = t302;
+    const double t303 = puma560_atan2(t226, t225);
+    const double t304 = puma560_atan2(t230, t232);
+    solutions[3][5] = t304;
+    const double t305 = puma560_atan2(t260, t259);
+    const double t306 = puma560_atan2(t264, t266);
+    solutions[5][5] = t306;
+    const double t307 = puma560_atan2(t286, t285);
+    const double t308 = puma560_atan2(t290, t292);
+    solutions[7][5] = t308;
+    const double t309 = puma560_sqrt(t189);
+    const double t310 = puma560_sqrt(t224);
+    const double t311 = puma560_sqrt(t258);
+    const double t312 = puma560_sqrt(t284);
+
+    /* forearm, flange and valid */
+    const double t313 = 3.141592653589793 - t302;
+    const double t314 = 3.141592653589793 - t304;
+    const double t315 = 3.141592653589793 - t306;
+    const double t316 = 3.141592653589793 - t308;
+    const double t317 = t301 + 6.283185307179586;
+    const double t318 = (t301 < (-2.6179938779914944)) ? t317 : t301;
+    solutions[0][3] = t318;
+    const double t319 = t301 + 3.141592653589793;
+    const uint8_t t320 = ((-1.9198622801937626) < t318) ? t208 : 0U;
+    const uint8_t t321 = (t318 < 2.9670598313903604) ? t320 : 0U;
+    const double t322 = t313 - 6.283185307179586;
+    const double t323 = (3.141592653589793 < t313) ? t322 : t313;
+    const double t324 = -t323;
+    solutions[0][5] = t324;
+    const double t325 = t319 - 6.283185307179586;
+    const double t326 = (3.6651914291880923 < t319) ? t325 : t319;
+    solutions[1][3] = t326;
+    const uint8_t t327 = ((-1.9198622801937626) < t326) ? t208 : 0U;
+    const uint8_t t328 = (t326 < 2.9670598313903604) ? t327 : 0U;
+    const double t329 = 6.283185307179586 + t303;
+    const double t330 = (t303 < (-2.6179938779914944)) ? t329 : t303;
+    solutions[2][3] = t330;
+    const double t331 = 3.141592653589793 + t303;
+    const uint8_t t332 = ((-1.9198622801937626) < t330) ? t239 : 0U;
+    const uint8_t t333 = (t330 < 2.9670598313903604) ? t332 : 0U;
+    const double t334 = t314 - 6.283185307179586;
+    const double t335 = (3.141592653589793 < t314) ? t334 : t314;
+    const double t336 = -t335;
+    solutions[2][5] = t336;
+    const double t337 = t331 - 6.283185307179586;
+    const double t338 = (3.6651914291880923 < t331) ? t337 : t331;
+    solutions[3][3] = t338;
+    const uint8_t t339 = ((-1.9198622801937626) < t338) ? t239 : 0U;
+    const uint8_t t340 = (t338 < 2.9670598313903604) ? t339 : 0U;
+    const double t341 = 6.283185307179586 + t305;
+    const double t342 = (t305 < (-2.6179938779914944)) ? t341 : t305;
+    solutions[4][3] = t342;
+    const double t343 = 3.141592653589793 + t305;
+    const uint8_t t344 = ((-1.9198622801937626) < t342) ? t272 : 0U;
+    const uint8_t t345 = (t342 < 2.9670598313903604) ? t344 : 0U;
+    const double t346 = t315 - 6.283185307179586;
+    const double t347 = (3.141592653589793 < t315) ? t346 : t315;
+    const double t348 = -t347;
+    solutions[4][5] = t348;
+    const double t349 = t343 - 6.283185307179586;
+    const double t350 = (3.6651914291880923 < t343) ? t349 : t343;
+    solutions[5][3] = t350;
+    const uint8_t t351 = ((-1.9198622801937626) < t350) ? t272 : 0U;
+    const uint8_t t352 = (t350 < 2.9670598313903604) ? t351 : 0U;
+    const double t353 = 6.283185307179586 + t307;
+    const double t354 = (t307 < (-2.6179938779914944)) ? t353 : t307;
+    solutions[6][3] = t354;
+    const double t355 = 3.141592653589793 + t307;
+    const uint8_t t356 = ((-1.9198622801937626) < t354) ? t300 : 0U;
+    const uint8_t t357 = (t354 < 2.9670598313903604) ? t356 : 0U;
+    const double t358 = t316 - 6.283185307179586;
+    const double t359 = (3.141592653589793 < t316) ? t358 : t316;
+    const double t360 = -t359;
+    solutions[6][5] = t360;
+
+    /* forearm and valid */
+    const double t361 = t355 - 6.283185307179586;
+    const double t362 = (3.6651914291880923 < t355) ? t361 : t355;
+    solutions[7][3] = t362;
+    const uint8_t t363 = ((-1.9198622801937626) < t362) ? t300 : 0U;
+    const uint8_t t364 = (t362 < 2.9670598313903604) ? t363 : 0U;
+
+    /* Square roots and arc tangents */
+    const double t365 = puma560_atan2(t309, t185);
+    solutions[0][4] = t365;
+    const double t366 = puma560_atan2(t310, t220);
+    solutions[2][4] = t366;
+    const double t367 = puma560_atan2(t311, t254);
+    solutions[4][4] = t367;
+    const double t368 = puma560_atan2(t312, t280);
+    solutions[6][4] = t368;
+
+    /* wrist_bend and valid */
+    const uint8_t t369 = ((-1.7453293549943296) < t365) ? t321 : 0U;
+    const uint8_t t370 = (t365 < 1.7453293549943296) ? t369 : 0U;
+    valid[0] = t370;
+    const uint8_t t371 = (t365 < 1.7453293549943296) ? t328 : 0U;
+    const double t372 = -t365;
+    solutions[1][4] = t372;
+    const uint8_t t373 = (t372 < 1.7453293549943296) ? t371 : 0U;
+    valid[1] = t373;
+    const uint8_t t374 = ((-1.7453293549943296) < t366) ? t333 : 0U;
+    const uint8_t t375 = (t366 < 1.7453293549943296) ? t374 : 0U;
+    valid[2] = t375;
+    const uint8_t t376 = (t366 < 1.7453293549943296) ? t340 : 0U;
+    const double t377 = -t366;
+    solutions[3][4] = t377;
+    const uint8_t t378 = (t377 < 1.7453293549943296) ? t376 : 0U;
+    valid[3] = t378;
+    const uint8_t t379 = ((-1.7453293549943296) < t367) ? t345 : 0U;
+    const uint8_t t380 = (t367 < 1.7453293549943296) ? t379 : 0U;
+    valid[4] = t380;
+    const uint8_t t381 = (t367 < 1.7453293549943296) ? t352 : 0U;
+    const double t382 = -t367;
+    solutions[5][4] = t382;
+    const uint8_t t383 = (t382 < 1.7453293549943296) ? t381 : 0U;
+    valid[5] = t383;
+    const uint8_t t384 = ((-1.7453293549943296) < t368) ? t357 : 0U;
+    const uint8_t t385 = (t368 < 1.7453293549943296) ? t384 : 0U;
+    valid[6] = t385;
+    const uint8_t t386 = (t368 < 1.7453293549943296) ? t364 : 0U;
+    const double t387 = -t368;
+    solutions[7][4] = t387;
+    const uint8_t t388 = (t387 < 1.7453293549943296) ? t386 : 0U;
+    valid[7] = t388;
+}
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+static double puma560_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
+{
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+int puma560_inverse_nearest(const double base_T_tool[16], const double q0[PUMA560_DOF], double q[PUMA560_DOF])
+{
+    double solutions[PUMA560_BRANCHES][PUMA560_DOF];
+    uint8_t valid[PUMA560_BRANCHES];
+    double chosen[PUMA560_DOF] = {0.0};
+    double least = 1.7976931348623157e+308;
+    int serves = 1;
+
+    puma560_inverse(base_T_tool, solutions, valid);
+    for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+        const double *const s = solutions[branch];
+        if (valid[branch] != 0U) {
+            const double moved0 = puma560_turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -2.7925269061909277, 2.7925269061909277);
+            const double apart0 = moved0 - q0[0];
+            const double square0 = apart0 * apart0;
+            const double sum0 = square0;
+            const double moved1 = puma560_turned(s[1], q0[1], 6.283185307179586, 0.15915494309189535, -3.926990919987242, 0.7853982663974484);
+            const double apart1 = moved1 - q0[1];
+            const double square1 = apart1 * apart1;
+            const double sum1 = sum0 + square1;
+            const double moved2 = puma560_turned(s[2], q0[2], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart2 = moved2 - q0[2];
+            const double square2 = apart2 * apart2;
+            const double sum2 = sum1 + square2;
+            const double moved3 = puma560_turned(s[3], q0[3], 6.283185307179586, 0.15915494309189535, -1.9198622801937628, 2.9670598313903604);
+            const double apart3 = moved3 - q0[3];
+            const double square3 = apart3 * apart3;
+            const double sum3 = sum2 + square3;
+            const double moved4 = puma560_turned(s[4], q0[4], 6.283185307179586, 0.15915494309189535, -1.7453293549943298, 1.7453293549943298);
+            const double apart4 = moved4 - q0[4];
+            const double square4 = apart4 * apart4;
+            const double sum4 = sum3 + square4;
+            const double moved5 = puma560_turned(s[5], q0[5], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+            const double apart5 = moved5 - q0[5];
+            const double square5 = apart5 * apart5;
+            const double sum5 = sum4 + square5;
+            if (sum5 < least) {
+                least = sum5;
+                chosen[0] = moved0;
+                chosen[1] = moved1;
+                chosen[2] = moved2;
+                chosen[3] = moved3;
+                chosen[4] = moved4;
+                chosen[5] = moved5;
+            }
+        }
+    }
+
+    /* What is not finite, or too far away for whole turns, is near to nothing. */
+    serves = ((q0[0] >= -62831.853071795864) && (q0[0] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[1] >= -62831.853071795864) && (q0[1] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[2] >= -62831.853071795864) && (q0[2] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[3] >= -62831.853071795864) && (q0[3] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[4] >= -62831.853071795864) && (q0[4] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[5] >= -62831.853071795864) && (q0[5] <= 62831.853071795864)) ? serves : 0;
+    serves = (least < 1.7976931348623157e+308) ? serves : 0;
+    const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+    const double infinite = huge * huge;
+    const double nothing = infinite - infinite; /* 0 or NaN */
+    q[0] = chosen[0] + nothing;
+    q[1] = chosen[1] + nothing;
+    q[2] = chosen[2] + nothing;
+    q[3] = chosen[3] + nothing;
+    q[4] = chosen[4] + nothing;
+    q[5] = chosen[5] + nothing;
+    return serves;
 }
 
 const double PUMA560_LIMITS_LOW[PUMA560_DOF] = {

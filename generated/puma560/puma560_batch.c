@@ -1,4 +1,4 @@
-/* puma560_batch.c - Batches: forward kinematics of puma560, double precision
+/* puma560_batch.c - Batches: kinematics of puma560, double precision
  *
  * Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouvry
  *
@@ -14,6 +14,7 @@
 #endif
 
 #include <float.h>
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -57,6 +58,13 @@ enum { TILE = 16 };
 /* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
 enum { SHORT_TILE = 8 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define PUMA560_INLINE static inline __attribute__((always_inline))
+#else
+#define PUMA560_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
 #error "rounding by adding and subtracting needs a double that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -65,7 +73,7 @@ enum { SHORT_TILE = 8 };
 
 /* Sine and cosine of x radians, each within 0.85 units in the last place for |x| <= 1e5;
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void puma560_sincos(const double x, double *s, double *c)
+PUMA560_INLINE void puma560_sincos(const double x, double *s, double *c)
 {
     /* The first product overflows just beyond 1e5; its infinity makes everything after it NaN. */
     const double scaled = x * 1.7976931348623158e+303;
@@ -93,7 +101,7 @@ static inline void puma560_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +138,10 @@ static inline void puma560_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -144,13 +152,6 @@ static inline void puma560_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define PUMA560_INLINE static inline __attribute__((always_inline))
-#else
-#define PUMA560_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -159,6 +160,235 @@ static inline void puma560_sincos(const double x, double *s, double *c)
 #elif defined(__GNUC__)
 #define PUMA560_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} puma560_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define PUMA560_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define PUMA560_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define PUMA560_OWN_ROOT
+#endif
+#endif
+
+#ifdef PUMA560_OWN_ROOT
+/* The square root of the processor, as below. */
+PUMA560_INLINE double puma560_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+PUMA560_INLINE double puma560_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    puma560_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    puma560_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    puma560_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    puma560_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    puma560_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    puma560_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+PUMA560_INLINE double puma560_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    puma560_bits horizontal;
+    horizontal.value = x + 0.0;
+    puma560_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    puma560_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    puma560_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    puma560_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    puma560_bits large;
+    large.bits = width.bits ^ exchanged;
+    puma560_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    puma560_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    puma560_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    puma560_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    puma560_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    puma560_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    puma560_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    puma560_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
+
+/* less if a < b, else other. */
+PUMA560_INLINE double puma560_select_lt(const double a, const double b, const double less, const double other)
+{
+    puma560_bits first;
+    first.value = less;
+    puma560_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint64_t large = first.bits | 0x4000000000000000U;
+    puma560_bits size;
+    size.bits = large & 0x7FEFFFFFFFFFFFFFU;
+    const double negative = -size.value;
+    puma560_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint64_t one = sign.bits >> 63;
+    const uint64_t all = 0U - one;
+    const uint64_t none = ~all;
+
+    const uint64_t kept = first.bits & all;
+    const uint64_t others = second.bits & none;
+    puma560_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -221,6 +451,74 @@ static inline void store_lanes(const double *from, int row, double *to, ptrdiff_
 }
 #endif
 #endif
+
+/* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_12_of_16(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < TILE) ? (int)left : TILE;
+    if ((COPY_FIRST == 0) && (count == TILE)) {
+        return found;
+    }
+    if ((pose == 16) && (joint == 1) && (count == TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < TILE; i++) {
+            for (int number = 0; number < 12; number++) {
+                copy[number][i] = first[i * 16 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 12; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = TILE;
+    return found;
+}
+
+/* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_3(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < TILE) ? (int)left : TILE;
+    if ((COPY_FIRST == 0) && (count == TILE)) {
+        return found;
+    }
+    if ((pose == 3) && (joint == 1) && (count == TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < TILE; i++) {
+            for (int number = 0; number < 3; number++) {
+                copy[number][i] = first[i * 3 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 3; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = TILE;
+    return found;
+}
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -314,6 +612,40 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
+/* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_12_of_16_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[SHORT_TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+    if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
+        return found;
+    }
+    if ((pose == 16) && (joint == 1) && (count == SHORT_TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < SHORT_TILE; i++) {
+            for (int number = 0; number < 12; number++) {
+                copy[number][i] = first[i * 16 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 12; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < SHORT_TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = SHORT_TILE;
+    return found;
+}
+
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_6_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
@@ -377,6 +709,17 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     }
 }
 
+/* Writes the numbers of each configuration. */
+static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = t[row][i];
+        }
+    }
+}
+
 /* Writes one row of the result after the other. */
 static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
@@ -390,6 +733,35 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
         } else {
             for (int i = 0; i < count; i++) {
                 to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+/* Writes the truth values of each configuration, a byte each. */
+static inline void store_truths_short(const double (*restrict t)[SHORT_TILE], int rows, int count, uint8_t *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = (uint8_t)t[row][i];
+        }
+    }
+}
+
+/* The same, one row after the other. */
+static inline void store_truth_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count,
+    uint8_t *restrict out, ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        uint8_t *const to = out + row * out_stride;
+        if (count == SHORT_TILE) {
+            for (int i = 0; i < SHORT_TILE; i++) {
+                to[i] = (t[row][i] > 0) ? 1U : 0U;
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = (uint8_t)t[row][i];
             }
         }
     }
@@ -840,6 +1212,6196 @@ void puma560_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff
             store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
             store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+        }
+    }
+}
+
+static inline void puma560_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[25][i] = c1;
+        t[26][i] = c1;
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = c2 * 0.4318;
+        const double t1 = s2 * (-0.4318);
+        const double t2 = -s1;
+        t[19][i] = t2;
+        t[20][i] = t2;
+        const double t3 = -c23;
+        t[33][i] = t3;
+        const double t4 = c1 * s23;
+        const double t5 = -t4;
+        t[21][i] = t5;
+        const double t6 = s1 * s23;
+        const double t7 = -t6;
+        t[27][i] = t7;
+        const double t8 = s23 * s4;
+        const double t9 = -t8;
+        t[34][i] = t9;
+        const double t10 = s23 * 0.4318;
+        const double t11 = c23 * 0.0203;
+        const double t12 = t10 - t11;
+        t[14][i] = t12;
+        const double t13 = t12 - t0;
+        t[13][i] = t13;
+        const double t14 = s23 * (-0.0203);
+        const double t15 = c23 * 0.4318;
+        const double t16 = t14 - t15;
+        const double t17 = t16 + t1;
+        const double t18 = c1 * t17;
+        t[1][i] = t18;
+        const double t19 = s1 * t17;
+        t[7][i] = t19;
+        const double t20 = c1 * t16;
+        t[2][i] = t20;
+        const double t21 = s1 * t16;
+        t[8][i] = t21;
+        const double t22 = s1 * (-0.15005);
+        const double t23 = c1 * t13;
+        const double t24 = t22 - t23;
+        t[6][i] = t24;
+        const double t25 = s1 * t13;
+        const double t26 = c1 * 0.15005;
+        const double t27 = t25 - t26;
+        t[0][i] = t27;
+        const double t28 = c23 * s4;
+        const double t29 = s4 * s5;
+        const double t30 = c4 * s5;
+        const double t31 = s1 * c4;
+        const double t32 = c1 * c4;
+        const double t33 = c1 * t28;
+        const double t34 = t33 - t31;
+        t[22][i] = t34;
+        const double t35 = s1 * t28;
+        const double t36 = t35 + t32;
+        t[28][i] = t36;
+        const double t37 = c23 * c5;
+        const double t38 = s23 * c5;
+        const double t39 = s23 * t30;
+        const double t40 = t39 - t37;
+        t[35][i] = t40;
+        const double t41 = c23 * t30;
+        const double t42 = t38 + t41;
+        const double t43 = s1 * t29;
+        const double t44 = s1 * t42;
+        const double t45 = c1 * t42;
+        const double t46 = t43 + t45;
+        const double t47 = c1 * t29;
+        const double t48 = t47 - t44;
+        t[29][i] = t48;
+        const double t49 = -t46;
+        t[23][i] = t49;
+    }
+}
+
+void puma560_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[36][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[3][i] = 0.0;
+        t[4][i] = 0.0;
+        t[5][i] = 0.0;
+        t[9][i] = 0.0;
+        t[10][i] = 0.0;
+        t[11][i] = 0.0;
+        t[12][i] = 0.0;
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[18][i] = 0.0;
+        t[24][i] = 0.0;
+        t[30][i] = 1.0;
+        t[31][i] = 0.0;
+        t[32][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers_short(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_jacobian_local_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s3;
+        double c3;
+        puma560_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        t[33][i] = c5;
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = s5 * c6;
+        t[21][i] = t0;
+        const double t1 = c3 * 0.4318;
+        const double t2 = 0.0203 + t1;
+        const double t3 = s3 * 0.4318;
+        const double t4 = t3 - 0.4318;
+        const double t5 = -s6;
+        t[22][i] = t5;
+        const double t6 = -c6;
+        t[28][i] = t6;
+        const double t7 = s5 * s6;
+        const double t8 = -t7;
+        t[27][i] = t8;
+        const double t9 = s4 * s5;
+        t[31][i] = t9;
+        t[32][i] = t9;
+        const double t10 = s4 * c5;
+        const double t11 = c4 * s6;
+        const double t12 = c6 * t10;
+        const double t13 = t11 + t12;
+        const double t14 = s6 * t10;
+        const double t15 = -t13;
+        t[19][i] = t15;
+        t[20][i] = t15;
+        const double t16 = c4 * c6;
+        const double t17 = t14 - t16;
+        t[25][i] = t17;
+        t[26][i] = t17;
+        const double t18 = s23 * c4;
+        const double t19 = s23 * s4;
+        const double t20 = c23 * c5;
+        const double t21 = c23 * s5;
+        const double t22 = s5 * t18;
+        const double t23 = t22 - t20;
+        t[30][i] = t23;
+        const double t24 = c5 * t18;
+        const double t25 = t21 + t24;
+        const double t26 = c6 * t25;
+        const double t27 = s6 * t25;
+        const double t28 = s6 * t19;
+        const double t29 = t28 - t26;
+        t[18][i] = t29;
+        const double t30 = c6 * t19;
+        const double t31 = t27 + t30;
+        t[24][i] = t31;
+        const double t32 = c4 * 0.4318;
+        const double t33 = s4 * 0.4318;
+        const double t34 = c5 * 0.0203;
+        const double t35 = s5 * t32;
+        const double t36 = t34 + t35;
+        t[14][i] = t36;
+        const double t37 = c5 * t32;
+        const double t38 = s5 * 0.0203;
+        const double t39 = t37 - t38;
+        const double t40 = c6 * t39;
+        const double t41 = s6 * t39;
+        const double t42 = s6 * t33;
+        const double t43 = t42 - t40;
+        t[2][i] = t43;
+        const double t44 = c6 * t33;
+        const double t45 = t41 + t44;
+        t[8][i] = t45;
+        const double t46 = s4 * 0.15005;
+        const double t47 = s4 * t2;
+        const double t48 = c4 * t2;
+        const double t49 = t48 - t46;
+        const double t50 = c4 * 0.15005;
+        const double t51 = t50 + t47;
+        const double t52 = s5 * t4;
+        const double t53 = s5 * t49;
+        const double t54 = c5 * t49;
+        const double t55 = t54 - t52;
+        const double t56 = c5 * t4;
+        const double t57 = t53 + t56;
+        const double t58 = c6 * t55;
+        const double t59 = s6 * t55;
+        const double t60 = s6 * t51;
+        const double t61 = t58 - t60;
+        const double t62 = c6 * t51;
+        const double t63 = t59 + t62;
+        const double t64 = t17 * t57;
+        const double t65 = t17 * t61;
+        const double t66 = t9 * t63;
+        const double t67 = t66 - t64;
+        t[1][i] = t67;
+        const double t68 = t9 * t61;
+        const double t69 = t13 * t57;
+        const double t70 = t68 - t69;
+        t[7][i] = t70;
+        const double t71 = t13 * t63;
+        const double t72 = t71 - t65;
+        t[13][i] = t72;
+        const double t73 = t31 * t57;
+        const double t74 = t29 * t57;
+        const double t75 = t31 * t61;
+        const double t76 = t23 * t61;
+        const double t77 = t74 + t76;
+        t[6][i] = t77;
+        const double t78 = t23 * t63;
+        const double t79 = t78 - t73;
+        t[0][i] = t79;
+        const double t80 = t29 * t63;
+        const double t81 = t75 + t80;
+        const double t82 = -t81;
+        t[12][i] = t82;
+    }
+}
+
+void puma560_jacobian_local_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[36][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[3][i] = 0.0;
+        t[4][i] = 0.0;
+        t[5][i] = 0.0;
+        t[9][i] = 0.0;
+        t[10][i] = 0.0;
+        t[11][i] = 0.0;
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[23][i] = 0.0;
+        t[29][i] = 0.0;
+        t[34][i] = 0.0;
+        t[35][i] = 1.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_jacobian_local_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers_short(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_jacobian_world_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[25][i] = c1;
+        t[26][i] = c1;
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = c2 * 0.4318;
+        t[14][i] = t0;
+        const double t1 = s2 * 0.4318;
+        const double t2 = c1 * t1;
+        t[2][i] = t2;
+        const double t3 = s1 * t1;
+        t[8][i] = t3;
+        const double t4 = -s1;
+        t[19][i] = t4;
+        t[20][i] = t4;
+        const double t5 = -c23;
+        t[33][i] = t5;
+        const double t6 = c1 * s23;
+        const double t7 = -t6;
+        t[21][i] = t7;
+        const double t8 = s1 * s23;
+        const double t9 = -t8;
+        t[27][i] = t9;
+        const double t10 = s23 * s4;
+        const double t11 = -t10;
+        t[34][i] = t11;
+        const double t12 = c23 * s4;
+        const double t13 = s4 * s5;
+        const double t14 = c4 * s5;
+        const double t15 = s1 * c4;
+        const double t16 = c1 * c4;
+        const double t17 = c1 * t12;
+        const double t18 = t17 - t15;
+        t[22][i] = t18;
+        const double t19 = s1 * t12;
+        const double t20 = t19 + t16;
+        t[28][i] = t20;
+        const double t21 = c23 * c5;
+        const double t22 = s23 * c5;
+        const double t23 = s23 * t14;
+        const double t24 = t23 - t21;
+        t[35][i] = t24;
+        const double t25 = c23 * t14;
+        const double t26 = t22 + t25;
+        const double t27 = s1 * t13;
+        const double t28 = c1 * t13;
+        const double t29 = c1 * t26;
+        const double t30 = t27 + t29;
+        const double t31 = s1 * t26;
+        const double t32 = t28 - t31;
+        t[29][i] = t32;
+        const double t33 = -t30;
+        t[23][i] = t33;
+        const double t34 = s23 * 0.4318;
+        const double t35 = s23 * 0.0203;
+        const double t36 = c23 * 0.0203;
+        const double t37 = t34 - t36;
+        const double t38 = t37 - t0;
+        const double t39 = c23 * 0.4318;
+        const double t40 = t35 + t39;
+        const double t41 = t1 + t40;
+        const double t42 = s1 * 0.15005;
+        const double t43 = s1 * t38;
+        const double t44 = c1 * t38;
+        const double t45 = t42 + t44;
+        const double t46 = c1 * 0.15005;
+        const double t47 = t43 - t46;
+        const double t48 = c23 * t47;
+        const double t49 = c23 * t45;
+        const double t50 = t8 * t41;
+        const double t51 = t48 - t50;
+        t[3][i] = t51;
+        const double t52 = t8 * t45;
+        const double t53 = t6 * t41;
+        const double t54 = t53 - t49;
+        t[9][i] = t54;
+        const double t55 = t6 * t47;
+        const double t56 = t52 - t55;
+        t[15][i] = t56;
+        const double t57 = t10 * t47;
+        const double t58 = t10 * t45;
+        const double t59 = t20 * t41;
+        const double t60 = t57 + t59;
+        t[4][i] = t60;
+        const double t61 = t20 * t45;
+        const double t62 = t18 * t41;
+        const double t63 = t58 + t62;
+        const double t64 = -t63;
+        t[10][i] = t64;
+        const double t65 = t18 * t47;
+        const double t66 = t65 - t61;
+        t[16][i] = t66;
+        const double t67 = t32 * t41;
+        const double t68 = t30 * t41;
+        const double t69 = t30 * t47;
+        const double t70 = t24 * t47;
+        const double t71 = t67 - t70;
+        t[5][i] = t71;
+        const double t72 = t24 * t45;
+        const double t73 = t72 + t68;
+        t[11][i] = t73;
+        const double t74 = t32 * t45;
+        const double t75 = t69 + t74;
+        const double t76 = -t75;
+        t[17][i] = t76;
+    }
+}
+
+void puma560_jacobian_world_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[36][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[0][i] = 0.0;
+        t[1][i] = 0.0;
+        t[6][i] = 0.0;
+        t[7][i] = 0.0;
+        t[12][i] = 0.0;
+        t[13][i] = 0.0;
+        t[18][i] = 0.0;
+        t[24][i] = 0.0;
+        t[30][i] = 1.0;
+        t[31][i] = 0.0;
+        t[32][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_jacobian_world_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers_short(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_fk_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[37][i] = c1;
+        t[38][i] = c1;
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c2 * 0.4318;
+        const double t1 = s2 * 0.4318;
+        const double t2 = -s1;
+        t[31][i] = t2;
+        t[32][i] = t2;
+        const double t3 = -c23;
+        t[45][i] = t3;
+        const double t4 = c5 * c6;
+        const double t5 = s5 * c6;
+        const double t6 = s4 * s6;
+        const double t7 = c4 * s6;
+        const double t8 = c4 * t4;
+        const double t9 = t6 - t8;
+        const double t10 = s4 * t4;
+        const double t11 = t10 + t7;
+        const double t12 = c4 * s5;
+        const double t13 = s4 * s5;
+        const double t14 = c23 * t9;
+        const double t15 = s23 * t9;
+        const double t16 = s23 * t5;
+        const double t17 = t14 + t16;
+        const double t18 = c23 * t5;
+        const double t19 = t15 - t18;
+        t[8][i] = t19;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t12;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t12;
+        const double t25 = t24 - t21;
+        t[10][i] = t25;
+        t[47][i] = t25;
+        const double t26 = s23 * 0.4318;
+        const double t27 = c23 * 0.0203;
+        const double t28 = t26 - t27;
+        t[26][i] = t28;
+        const double t29 = t28 - t0;
+        t[25][i] = t29;
+        const double t30 = s23 * (-0.0203);
+        const double t31 = c23 * 0.4318;
+        const double t32 = t30 - t31;
+        const double t33 = t32 - t1;
+        t[11][i] = t33;
+        const double t34 = c23 * s4;
+        const double t35 = s23 * s4;
+        const double t36 = -t35;
+        t[46][i] = t36;
+        const double t37 = c1 * t33;
+        t[13][i] = t37;
+        const double t38 = s1 * t33;
+        t[19][i] = t38;
+        const double t39 = c1 * t32;
+        t[14][i] = t39;
+        const double t40 = s1 * t32;
+        t[20][i] = t40;
+        const double t41 = c1 * t17;
+        const double t42 = s1 * t17;
+        const double t43 = s1 * t11;
+        const double t44 = t43 - t41;
+        t[0][i] = t44;
+        const double t45 = c1 * t11;
+        const double t46 = t42 + t45;
+        const double t47 = -t46;
+        t[4][i] = t47;
+        const double t48 = s1 * t13;
+        const double t49 = c1 * t13;
+        const double t50 = c1 * t23;
+        const double t51 = t48 + t50;
+        const double t52 = s1 * t23;
+        const double t53 = t49 - t52;
+        t[6][i] = t53;
+        t[41][i] = t53;
+        const double t54 = -t51;
+        t[2][i] = t54;
+        t[35][i] = t54;
+        const double t55 = s1 * (-0.15005);
+        const double t56 = c1 * t29;
+        const double t57 = t55 - t56;
+        t[3][i] = t57;
+        t[18][i] = t57;
+        const double t58 = s1 * t29;
+        const double t59 = c1 * 0.15005;
+        const double t60 = t58 - t59;
+        t[12][i] = t60;
+        const double t61 = -t60;
+        t[7][i] = t61;
+        const double t62 = t19 * t53;
+        const double t63 = t19 * t51;
+        const double t64 = t46 * t51;
+        const double t65 = t25 * t46;
+        const double t66 = t62 + t65;
+        t[1][i] = t66;
+        const double t67 = t25 * t44;
+        const double t68 = t63 + t67;
+        t[5][i] = t68;
+        const double t69 = t44 * t53;
+        const double t70 = t64 - t69;
+        t[9][i] = t70;
+        const double t71 = c1 * s23;
+        const double t72 = -t71;
+        t[33][i] = t72;
+        const double t73 = s1 * s23;
+        const double t74 = -t73;
+        t[39][i] = t74;
+        const double t75 = s1 * c4;
+        const double t76 = s1 * t34;
+        const double t77 = c1 * t34;
+        const double t78 = t77 - t75;
+        t[34][i] = t78;
+        const double t79 = c1 * c4;
+        const double t80 = t76 + t79;
+        t[40][i] = t80;
+    }
+}
+
+void puma560_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[48][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[21][i] = 0.0;
+        t[22][i] = 0.0;
+        t[23][i] = 0.0;
+        t[24][i] = 0.0;
+        t[27][i] = 0.0;
+        t[28][i] = 0.0;
+        t[29][i] = 0.0;
+        t[30][i] = 0.0;
+        t[36][i] = 0.0;
+        t[42][i] = 1.0;
+        t[43][i] = 0.0;
+        t[44][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_fk_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows_short(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_fk_jacobian_local_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        t[45][i] = c5;
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c2 * 0.4318;
+        const double t1 = s2 * 0.4318;
+        const double t2 = -s6;
+        t[34][i] = t2;
+        const double t3 = -c6;
+        t[40][i] = t3;
+        const double t4 = c5 * c6;
+        const double t5 = c5 * s6;
+        const double t6 = s4 * s6;
+        const double t7 = c4 * t4;
+        const double t8 = t7 - t6;
+        const double t9 = s4 * t4;
+        const double t10 = s4 * c6;
+        const double t11 = c4 * t5;
+        const double t12 = t10 + t11;
+        const double t13 = s4 * t5;
+        const double t14 = c4 * s5;
+        const double t15 = s5 * c6;
+        t[33][i] = t15;
+        const double t16 = s5 * s6;
+        const double t17 = -t16;
+        t[39][i] = t17;
+        const double t18 = s23 * t15;
+        const double t19 = c23 * t15;
+        const double t20 = c23 * t8;
+        const double t21 = t20 - t18;
+        const double t22 = s23 * t8;
+        const double t23 = t22 + t19;
+        const double t24 = -t23;
+        t[8][i] = t24;
+        t[30][i] = t24;
+        const double t25 = s23 * t16;
+        const double t26 = c23 * t16;
+        const double t27 = c23 * t12;
+        const double t28 = t25 - t27;
+        const double t29 = s23 * t12;
+        const double t30 = t29 + t26;
+        t[9][i] = t30;
+        t[36][i] = t30;
+        const double t31 = s23 * c5;
+        const double t32 = c23 * t14;
+        const double t33 = t31 + t32;
+        const double t34 = s23 * t14;
+        const double t35 = c4 * s6;
+        const double t36 = t9 + t35;
+        const double t37 = -t36;
+        t[31][i] = t37;
+        t[32][i] = t37;
+        const double t38 = c4 * c6;
+        const double t39 = t13 - t38;
+        t[37][i] = t39;
+        t[38][i] = t39;
+        const double t40 = s4 * s5;
+        t[43][i] = t40;
+        t[44][i] = t40;
+        const double t41 = s1 * t36;
+        const double t42 = c1 * t21;
+        const double t43 = t41 + t42;
+        t[0][i] = t43;
+        const double t44 = s1 * t21;
+        const double t45 = s1 * t39;
+        const double t46 = c1 * t28;
+        const double t47 = t46 - t45;
+        t[1][i] = t47;
+        const double t48 = s1 * t28;
+        const double t49 = s1 * t40;
+        const double t50 = c1 * t33;
+        const double t51 = t49 + t50;
+        const double t52 = -t51;
+        t[2][i] = t52;
+        const double t53 = s1 * t33;
+        const double t54 = c1 * t36;
+        const double t55 = t44 - t54;
+        t[4][i] = t55;
+        const double t56 = c1 * t39;
+        const double t57 = t48 + t56;
+        t[5][i] = t57;
+        const double t58 = c1 * t40;
+        const double t59 = t58 - t53;
+        t[6][i] = t59;
+        const double t60 = c23 * c5;
+        const double t61 = t34 - t60;
+        t[10][i] = t61;
+        t[42][i] = t61;
+        const double t62 = s23 * 0.4318;
+        const double t63 = c23 * 0.0203;
+        const double t64 = t62 - t63;
+        const double t65 = t64 - t0;
+        const double t66 = s23 * (-0.0203);
+        const double t67 = c23 * 0.4318;
+        const double t68 = t66 - t67;
+        const double t69 = t68 - t1;
+        t[11][i] = t69;
+        const double t70 = s1 * (-0.15005);
+        const double t71 = s1 * t65;
+        const double t72 = c1 * t65;
+        const double t73 = t70 - t72;
+        t[3][i] = t73;
+        const double t74 = c1 * 0.15005;
+        const double t75 = t74 - t71;
+        t[7][i] = t75;
+        const double t76 = c4 * 0.4318;
+        const double t77 = s4 * 0.4318;
+        const double t78 = c5 * 0.0203;
+        const double t79 = s5 * t76;
+        const double t80 = t78 + t79;
+        t[26][i] = t80;
+        const double t81 = c5 * t76;
+        const double t82 = s5 * 0.0203;
+        const double t83 = t81 - t82;
+        const double t84 = c6 * t83;
+        const double t85 = s6 * t83;
+        const double t86 = s6 * t77;
+        const double t87 = t86 - t84;
+        t[14][i] = t87;
+        const double t88 = c6 * t77;
+        const double t89 = t85 + t88;
+        t[20][i] = t89;
+        const double t90 = s23 * t1;
+        const double t91 = c23 * t1;
+        const double t92 = c23 * t0;
+        const double t93 = t90 + t92;
+        const double t94 = s23 * t0;
+        const double t95 = t94 - t91;
+        const double t96 = 0.0203 + t93;
+        const double t97 = t95 - 0.4318;
+        const double t98 = s4 * 0.15005;
+        const double t99 = s4 * t96;
+        const double t100 = c4 * t96;
+        const double t101 = t100 - t98;
+        const double t102 = c4 * 0.15005;
+        const double t103 = t102 + t99;
+        const double t104 = s5 * t97;
+        const double t105 = s5 * t101;
+        const double t106 = c5 * t101;
+        const double t107 = t106 - t104;
+        const double t108 = c5 * t97;
+        const double t109 = t105 + t108;
+        const double t110 = c6 * t107;
+        const double t111 = s6 * t107;
+        const double t112 = s6 * t103;
+        const double t113 = t110 - t112;
+        const double t114 = c6 * t103;
+        const double t115 = t111 + t114;
+        const double t116 = t40 * t115;
+        const double t117 = t40 * t113;
+        const double t118 = t39 * t109;
+        const double t119 = t116 - t118;
+        t[13][i] = t119;
+        const double t120 = t39 * t113;
+        const double t121 = t36 * t109;
+        const double t122 = t117 - t121;
+        t[19][i] = t122;
+        const double t123 = t36 * t115;
+        const double t124 = t123 - t120;
+        t[25][i] = t124;
+        const double t125 = t61 * t115;
+        const double t126 = t61 * t113;
+        const double t127 = t23 * t115;
+        const double t128 = t23 * t109;
+        const double t129 = t126 - t128;
+        t[18][i] = t129;
+        const double t130 = t30 * t109;
+        const double t131 = t125 - t130;
+        t[12][i] = t131;
+        const double t132 = t30 * t113;
+        const double t133 = t127 - t132;
+        t[24][i] = t133;
+    }
+}
+
+void puma560_fk_jacobian_local_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[48][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[21][i] = 0.0;
+        t[22][i] = 0.0;
+        t[23][i] = 0.0;
+        t[27][i] = 0.0;
+        t[28][i] = 0.0;
+        t[29][i] = 0.0;
+        t[35][i] = 0.0;
+        t[41][i] = 0.0;
+        t[46][i] = 0.0;
+        t[47][i] = 1.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_fk_jacobian_local_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows_short(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_fk_jacobian_world_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[37][i] = c1;
+        t[38][i] = c1;
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c2 * 0.4318;
+        t[26][i] = t0;
+        const double t1 = s2 * 0.4318;
+        const double t2 = c1 * t1;
+        t[14][i] = t2;
+        const double t3 = s1 * t1;
+        t[20][i] = t3;
+        const double t4 = -s1;
+        t[31][i] = t4;
+        t[32][i] = t4;
+        const double t5 = -c23;
+        t[45][i] = t5;
+        const double t6 = c5 * c6;
+        const double t7 = s5 * c6;
+        const double t8 = s4 * s6;
+        const double t9 = c4 * s6;
+        const double t10 = c4 * t6;
+        const double t11 = t8 - t10;
+        const double t12 = s4 * t6;
+        const double t13 = t12 + t9;
+        const double t14 = c4 * s5;
+        const double t15 = s4 * s5;
+        const double t16 = c23 * t11;
+        const double t17 = s23 * t11;
+        const double t18 = s23 * t7;
+        const double t19 = t16 + t18;
+        const double t20 = c23 * t7;
+        const double t21 = t17 - t20;
+        t[8][i] = t21;
+        const double t22 = s23 * c5;
+        const double t23 = c23 * c5;
+        const double t24 = c23 * t14;
+        const double t25 = t22 + t24;
+        const double t26 = s23 * t14;
+        const double t27 = t26 - t23;
+        t[10][i] = t27;
+        t[47][i] = t27;
+        const double t28 = s23 * 0.4318;
+        const double t29 = c23 * 0.0203;
+        const double t30 = t28 - t29;
+        const double t31 = t30 - t0;
+        const double t32 = s23 * 0.0203;
+        const double t33 = c23 * 0.4318;
+        const double t34 = t32 + t33;
+        const double t35 = t34 + t1;
+        const double t36 = -t35;
+        t[11][i] = t36;
+        const double t37 = c1 * t19;
+        const double t38 = s1 * t19;
+        const double t39 = s1 * t13;
+        const double t40 = t39 - t37;
+        t[0][i] = t40;
+        const double t41 = c1 * t13;
+        const double t42 = t38 + t41;
+        const double t43 = -t42;
+        t[4][i] = t43;
+        const double t44 = s1 * t15;
+        const double t45 = c1 * t15;
+        const double t46 = c1 * t25;
+        const double t47 = t44 + t46;
+        const double t48 = s1 * t25;
+        const double t49 = t45 - t48;
+        t[6][i] = t49;
+        t[41][i] = t49;
+        const double t50 = -t47;
+        t[2][i] = t50;
+        t[35][i] = t50;
+        const double t51 = s1 * (-0.15005);
+        const double t52 = c1 * t31;
+        const double t53 = t51 - t52;
+        t[3][i] = t53;
+        const double t54 = s1 * t31;
+        const double t55 = c1 * 0.15005;
+        const double t56 = t55 - t54;
+        t[7][i] = t56;
+        const double t57 = t21 * t49;
+        const double t58 = t21 * t47;
+        const double t59 = t27 * t42;
+        const double t60 = t57 + t59;
+        t[1][i] = t60;
+        const double t61 = t42 * t47;
+        const double t62 = t27 * t40;
+        const double t63 = t58 + t62;
+        t[5][i] = t63;
+        const double t64 = t40 * t49;
+        const double t65 = t61 - t64;
+        t[9][i] = t65;
+        const double t66 = c1 * s23;
+        const double t67 = -t66;
+        t[33][i] = t67;
+        const double t68 = s1 * s23;
+        const double t69 = s23 * s4;
+        const double t70 = c23 * s4;
+        const double t71 = -t68;
+        t[39][i] = t71;
+        const double t72 = -t69;
+        t[46][i] = t72;
+        const double t73 = s1 * c4;
+        const double t74 = s1 * t70;
+        const double t75 = c1 * t70;
+        const double t76 = t75 - t73;
+        t[34][i] = t76;
+        const double t77 = c1 * c4;
+        const double t78 = t74 + t77;
+        t[40][i] = t78;
+        const double t79 = c23 * t56;
+        const double t80 = c23 * t53;
+        const double t81 = t35 * t68;
+        const double t82 = t79 + t81;
+        const double t83 = -t82;
+        t[15][i] = t83;
+        const double t84 = t53 * t68;
+        const double t85 = t35 * t66;
+        const double t86 = t80 + t85;
+        t[21][i] = t86;
+        const double t87 = t56 * t66;
+        const double t88 = t87 - t84;
+        t[27][i] = t88;
+        const double t89 = t35 * t78;
+        const double t90 = t53 * t78;
+        const double t91 = t56 * t69;
+        const double t92 = t89 - t91;
+        t[16][i] = t92;
+        const double t93 = t53 * t69;
+        const double t94 = t35 * t76;
+        const double t95 = t93 - t94;
+        t[22][i] = t95;
+        const double t96 = t56 * t76;
+        const double t97 = t90 - t96;
+        t[28][i] = t97;
+        const double t98 = t27 * t56;
+        const double t99 = t27 * t53;
+        const double t100 = t47 * t56;
+        const double t101 = t35 * t47;
+        const double t102 = t101 - t99;
+        t[23][i] = t102;
+        const double t103 = t35 * t49;
+        const double t104 = t98 + t103;
+        t[17][i] = t104;
+        const double t105 = t49 * t53;
+        const double t106 = t100 + t105;
+        t[29][i] = t106;
+    }
+}
+
+void puma560_fk_jacobian_world_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[48][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[12][i] = 0.0;
+        t[13][i] = 0.0;
+        t[18][i] = 0.0;
+        t[19][i] = 0.0;
+        t[24][i] = 0.0;
+        t[25][i] = 0.0;
+        t[30][i] = 0.0;
+        t[36][i] = 0.0;
+        t[42][i] = 1.0;
+        t[43][i] = 0.0;
+        t[44][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_fk_jacobian_world_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows_short(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_twist_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t2 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const double t3 = c2 * 0.4318;
+        const double t4 = s2 * 0.4318;
+        const double t5 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t6 = s4 * t0;
+        const double t7 = c4 * t0;
+        const double t8 = t7 - t5;
+        const double t9 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t10 = t9 + t6;
+        const double t11 = qd[i * qd_pose + 2 * qd_joint] + t10;
+        const double t12 = qd[i * qd_pose + 1 * qd_joint] + t11;
+        const double t13 = s23 * 0.4318;
+        const double t14 = c23 * 0.0203;
+        const double t15 = t13 - t14;
+        const double t16 = t15 - t3;
+        const double t17 = qd[i * qd_pose + 2 * qd_joint] * t15;
+        const double t18 = s23 * 0.0203;
+        const double t19 = c23 * 0.4318;
+        const double t20 = t18 + t19;
+        const double t21 = t20 + t4;
+        const double t22 = qd[i * qd_pose + 2 * qd_joint] * t20;
+        const double t23 = qd[i * qd_pose + 1 * qd_joint] * t21;
+        const double t24 = t22 + t23;
+        const double t25 = s23 * t2;
+        const double t26 = s23 * t8;
+        const double t27 = c23 * t8;
+        const double t28 = t25 + t27;
+        const double t29 = c23 * t2;
+        const double t30 = t29 - t26;
+        const double t31 = qd[i * qd_pose + 0 * qd_joint] - t30;
+        t[5 * t_row + i] = t31;
+        const double t32 = qd[i * qd_pose + 1 * qd_joint] * t16;
+        const double t33 = t17 + t32;
+        t[2 * t_row + i] = t33;
+        const double t34 = s1 * 0.15005;
+        const double t35 = c1 * t16;
+        const double t36 = t34 + t35;
+        const double t37 = s1 * t16;
+        const double t38 = qd[i * qd_pose + 0 * qd_joint] * t36;
+        const double t39 = c1 * 0.15005;
+        const double t40 = t37 - t39;
+        const double t41 = qd[i * qd_pose + 0 * qd_joint] * t40;
+        const double t42 = c1 * t24;
+        const double t43 = t41 - t42;
+        t[0 * t_row + i] = t43;
+        const double t44 = s1 * t24;
+        const double t45 = t44 + t38;
+        const double t46 = -t45;
+        t[1 * t_row + i] = t46;
+        const double t47 = s1 * t12;
+        const double t48 = c1 * t12;
+        const double t49 = c1 * t28;
+        const double t50 = t47 + t49;
+        const double t51 = s1 * t28;
+        const double t52 = t48 - t51;
+        t[4 * t_row + i] = t52;
+        const double t53 = -t50;
+        t[3 * t_row + i] = t53;
+    }
+}
+
+void puma560_twist_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *twist, ptrdiff_t twist_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = twist + begin;
+            puma560_twist_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_twist_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_twist_local_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s3;
+        double c3;
+        puma560_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const double t1 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const double t2 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const double t3 = 0.4318 * t2;
+        const double t4 = s3 * t0;
+        const double t5 = 0.4318 * t4;
+        const double t6 = c3 * t1;
+        const double t7 = 0.4318 * t6;
+        const double t8 = t5 + t7;
+        const double t9 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const double t10 = 0.4318 * t9;
+        const double t11 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const double t12 = t1 * 0.15005;
+        const double t13 = t12 - t3;
+        const double t14 = t1 * 0.0203;
+        const double t15 = t8 + t14;
+        const double t16 = qd[i * qd_pose + 3 * qd_joint] - t1;
+        const double t17 = t0 * 0.15005;
+        const double t18 = t10 + t17;
+        const double t19 = t11 * 0.0203;
+        const double t20 = t19 + t18;
+        const double t21 = s4 * t15;
+        const double t22 = c4 * t15;
+        const double t23 = c4 * t13;
+        const double t24 = t21 + t23;
+        const double t25 = s4 * t13;
+        const double t26 = t25 - t22;
+        const double t27 = s4 * t11;
+        const double t28 = c4 * t11;
+        const double t29 = c4 * t0;
+        const double t30 = t27 + t29;
+        const double t31 = s4 * t0;
+        const double t32 = t31 - t28;
+        const double t33 = 0.4318 * t32;
+        const double t34 = t24 - t33;
+        const double t35 = t32 - qd[i * qd_pose + 4 * qd_joint];
+        const double t36 = 0.4318 * t30;
+        const double t37 = t26 + t36;
+        const double t38 = c5 * t34;
+        const double t39 = s5 * t34;
+        const double t40 = s5 * t20;
+        const double t41 = t40 - t38;
+        const double t42 = c5 * t20;
+        const double t43 = t39 + t42;
+        t[2 * t_row + i] = t43;
+        const double t44 = s5 * t16;
+        const double t45 = s5 * t30;
+        const double t46 = c5 * t30;
+        const double t47 = t46 - t44;
+        const double t48 = c5 * t16;
+        const double t49 = t45 + t48;
+        const double t50 = qd[i * qd_pose + 5 * qd_joint] + t49;
+        t[5 * t_row + i] = t50;
+        const double t51 = s6 * t37;
+        const double t52 = c6 * t37;
+        const double t53 = c6 * t41;
+        const double t54 = t51 + t53;
+        t[0 * t_row + i] = t54;
+        const double t55 = s6 * t41;
+        const double t56 = t52 - t55;
+        t[1 * t_row + i] = t56;
+        const double t57 = s6 * t35;
+        const double t58 = s6 * t47;
+        const double t59 = c6 * t47;
+        const double t60 = t57 - t59;
+        t[3 * t_row + i] = t60;
+        const double t61 = c6 * t35;
+        const double t62 = t58 + t61;
+        t[4 * t_row + i] = t62;
+    }
+}
+
+void puma560_twist_local_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *twist, ptrdiff_t twist_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = twist + begin;
+            puma560_twist_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_twist_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_twist_world_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t2 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const double t3 = qd[i * qd_pose + 4 * qd_joint] * 0.4318;
+        const double t4 = t0 * 0.4318;
+        const double t5 = s4 * t4;
+        const double t6 = c4 * t4;
+        const double t7 = c4 * t3;
+        const double t8 = t5 + t7;
+        const double t9 = s4 * t3;
+        const double t10 = t9 - t6;
+        const double t11 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t12 = s4 * t0;
+        const double t13 = c4 * t0;
+        const double t14 = t13 - t11;
+        const double t15 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t16 = t15 + t12;
+        const double t17 = t2 * 0.15005;
+        const double t18 = t17 - t8;
+        const double t19 = t2 * 0.0203;
+        const double t20 = t19 - t10;
+        const double t21 = t14 * 0.15005;
+        const double t22 = t16 * 0.0203;
+        const double t23 = t21 + t22;
+        const double t24 = qd[i * qd_pose + 2 * qd_joint] + t16;
+        const double t25 = s23 * t23;
+        const double t26 = c23 * t23;
+        const double t27 = c23 * t18;
+        const double t28 = t27 - t25;
+        const double t29 = s23 * t18;
+        const double t30 = t29 + t26;
+        const double t31 = s23 * t2;
+        const double t32 = s23 * t14;
+        const double t33 = c23 * t14;
+        const double t34 = t31 + t33;
+        const double t35 = c23 * t2;
+        const double t36 = t35 - t32;
+        const double t37 = qd[i * qd_pose + 0 * qd_joint] - t36;
+        t[5 * t_row + i] = t37;
+        const double t38 = c2 * t36;
+        const double t39 = 0.4318 * t38;
+        const double t40 = c2 * t24;
+        const double t41 = 0.4318 * t40;
+        const double t42 = t30 + t41;
+        t[2 * t_row + i] = t42;
+        const double t43 = s2 * t24;
+        const double t44 = 0.4318 * t43;
+        const double t45 = t44 - t28;
+        const double t46 = s2 * t34;
+        const double t47 = 0.4318 * t46;
+        const double t48 = t20 + t47;
+        const double t49 = t39 + t48;
+        const double t50 = qd[i * qd_pose + 1 * qd_joint] + t24;
+        const double t51 = s1 * t49;
+        const double t52 = c1 * t49;
+        const double t53 = c1 * t45;
+        const double t54 = t53 - t51;
+        t[0 * t_row + i] = t54;
+        const double t55 = s1 * t45;
+        const double t56 = t52 + t55;
+        t[1 * t_row + i] = t56;
+        const double t57 = s1 * t50;
+        const double t58 = c1 * t50;
+        const double t59 = c1 * t34;
+        const double t60 = t57 + t59;
+        const double t61 = s1 * t34;
+        const double t62 = t58 - t61;
+        t[4 * t_row + i] = t62;
+        const double t63 = -t60;
+        t[3 * t_row + i] = t63;
+    }
+}
+
+void puma560_twist_world_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *twist, ptrdiff_t twist_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = twist + begin;
+            puma560_twist_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_twist_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_bias_acceleration_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t2 = c2 * 0.4318;
+        const double t3 = s2 * 0.4318;
+        const double t4 = qd[i * qd_pose + 4 * qd_joint] * t1;
+        const double t5 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const double t6 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const double t7 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t8 = c4 * t0;
+        const double t9 = t8 - t7;
+        const double t10 = s4 * t0;
+        const double t11 = s4 * t4;
+        const double t12 = c4 * t4;
+        const double t13 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t14 = t13 + t10;
+        const double t15 = qd[i * qd_pose + 3 * qd_joint] * t14;
+        const double t16 = t15 - t12;
+        const double t17 = qd[i * qd_pose + 2 * qd_joint] + t14;
+        const double t18 = qd[i * qd_pose + 1 * qd_joint] + t17;
+        const double t19 = qd[i * qd_pose + 3 * qd_joint] * t9;
+        const double t20 = t11 + t19;
+        const double t21 = s23 * 0.4318;
+        const double t22 = c23 * 0.0203;
+        const double t23 = t21 - t22;
+        const double t24 = t23 - t2;
+        const double t25 = qd[i * qd_pose + 2 * qd_joint] * t23;
+        const double t26 = s23 * 0.0203;
+        const double t27 = c23 * 0.4318;
+        const double t28 = t26 + t27;
+        const double t29 = t28 + t3;
+        const double t30 = qd[i * qd_pose + 2 * qd_joint] * t28;
+        const double t31 = qd[i * qd_pose + 1 * qd_joint] * t29;
+        const double t32 = t30 + t31;
+        const double t33 = s23 * t5;
+        const double t34 = c23 * t5;
+        const double t35 = c23 * t9;
+        const double t36 = t33 + t35;
+        const double t37 = s23 * t9;
+        const double t38 = t34 - t37;
+        const double t39 = s23 * t6;
+        const double t40 = s23 * t16;
+        const double t41 = c23 * t16;
+        const double t42 = t39 + t41;
+        const double t43 = c23 * t6;
+        const double t44 = t43 - t40;
+        const double t45 = qd[i * qd_pose + 2 * qd_joint] * t25;
+        const double t46 = qd[i * qd_pose + 2 * qd_joint] * t30;
+        const double t47 = t30 + t32;
+        const double t48 = qd[i * qd_pose + 1 * qd_joint] * t47;
+        const double t49 = t46 + t48;
+        t[2 * t_row + i] = t49;
+        const double t50 = qd[i * qd_pose + 2 * qd_joint] * t38;
+        const double t51 = t50 - t42;
+        const double t52 = qd[i * qd_pose + 1 * qd_joint] * t38;
+        const double t53 = t51 + t52;
+        const double t54 = qd[i * qd_pose + 2 * qd_joint] * t36;
+        const double t55 = t44 + t54;
+        const double t56 = qd[i * qd_pose + 1 * qd_joint] * t24;
+        const double t57 = t25 + t56;
+        const double t58 = t25 + t57;
+        const double t59 = qd[i * qd_pose + 1 * qd_joint] * t58;
+        const double t60 = t45 + t59;
+        const double t61 = qd[i * qd_pose + 1 * qd_joint] * t36;
+        const double t62 = t55 + t61;
+        t[5 * t_row + i] = t62;
+        const double t63 = s1 * 0.15005;
+        const double t64 = c1 * t24;
+        const double t65 = t63 + t64;
+        const double t66 = s1 * t24;
+        const double t67 = qd[i * qd_pose + 0 * qd_joint] * t65;
+        const double t68 = c1 * 0.15005;
+        const double t69 = t66 - t68;
+        const double t70 = qd[i * qd_pose + 0 * qd_joint] * t69;
+        const double t71 = c1 * t32;
+        const double t72 = s1 * t32;
+        const double t73 = t70 - t71;
+        const double t74 = t71 - t73;
+        const double t75 = t72 + t67;
+        const double t76 = t72 + t75;
+        const double t77 = qd[i * qd_pose + 0 * qd_joint] * t76;
+        const double t78 = qd[i * qd_pose + 0 * qd_joint] * t74;
+        const double t79 = s1 * t18;
+        const double t80 = c1 * t18;
+        const double t81 = c1 * t36;
+        const double t82 = t79 + t81;
+        const double t83 = s1 * t36;
+        const double t84 = t83 - t80;
+        const double t85 = qd[i * qd_pose + 0 * qd_joint] * t84;
+        const double t86 = qd[i * qd_pose + 0 * qd_joint] * t82;
+        const double t87 = c1 * t60;
+        const double t88 = t87 + t77;
+        t[0 * t_row + i] = t88;
+        const double t89 = s1 * t60;
+        const double t90 = t89 - t78;
+        t[1 * t_row + i] = t90;
+        const double t91 = s1 * t20;
+        const double t92 = c1 * t20;
+        const double t93 = c1 * t53;
+        const double t94 = t91 + t93;
+        const double t95 = t85 - t94;
+        t[3 * t_row + i] = t95;
+        const double t96 = s1 * t53;
+        const double t97 = t92 - t96;
+        const double t98 = t97 - t86;
+        t[4 * t_row + i] = t98;
+    }
+}
+
+void puma560_bias_acceleration_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = bias_acceleration + begin;
+            puma560_bias_acceleration_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_bias_acceleration_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_bias_acceleration_local_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s3;
+        double c3;
+        puma560_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const double t1 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const double t2 = qd[i * qd_pose + 1 * qd_joint] * t1;
+        const double t3 = qd[i * qd_pose + 1 * qd_joint] * t0;
+        const double t4 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const double t5 = 0.4318 * t4;
+        const double t6 = s3 * t0;
+        const double t7 = 0.4318 * t6;
+        const double t8 = s3 * t2;
+        const double t9 = 0.4318 * t8;
+        const double t10 = c3 * t1;
+        const double t11 = 0.4318 * t10;
+        const double t12 = t7 + t11;
+        const double t13 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const double t14 = 0.4318 * t13;
+        const double t15 = c3 * t3;
+        const double t16 = 0.4318 * t15;
+        const double t17 = t9 - t16;
+        const double t18 = qd[i * qd_pose + 2 * qd_joint] * t14;
+        const double t19 = qd[i * qd_pose + 2 * qd_joint] * t5;
+        const double t20 = qd[i * qd_pose + 2 * qd_joint] * t1;
+        const double t21 = t2 + t20;
+        const double t22 = qd[i * qd_pose + 2 * qd_joint] * t0;
+        const double t23 = t3 + t22;
+        const double t24 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const double t25 = t1 * 0.15005;
+        const double t26 = t25 - t5;
+        const double t27 = t1 * 0.0203;
+        const double t28 = t12 + t27;
+        const double t29 = qd[i * qd_pose + 3 * qd_joint] - t1;
+        const double t30 = t0 * 0.15005;
+        const double t31 = t14 + t30;
+        const double t32 = t24 * 0.0203;
+        const double t33 = t32 + t31;
+        const double t34 = t23 * 0.15005;
+        const double t35 = t18 + t34;
+        const double t36 = t23 * 0.0203;
+        const double t37 = t36 - t17;
+        const double t38 = t21 * 0.15005;
+        const double t39 = t38 - t19;
+        const double t40 = s4 * t28;
+        const double t41 = c4 * t28;
+        const double t42 = c4 * t26;
+        const double t43 = t40 + t42;
+        const double t44 = s4 * t26;
+        const double t45 = t44 - t41;
+        const double t46 = s4 * t24;
+        const double t47 = c4 * t24;
+        const double t48 = c4 * t0;
+        const double t49 = t46 + t48;
+        const double t50 = s4 * t0;
+        const double t51 = t50 - t47;
+        const double t52 = s4 * t37;
+        const double t53 = c4 * t37;
+        const double t54 = c4 * t35;
+        const double t55 = t52 + t54;
+        const double t56 = s4 * t35;
+        const double t57 = t56 - t53;
+        const double t58 = c4 * t21;
+        const double t59 = s4 * t21;
+        const double t60 = qd[i * qd_pose + 3 * qd_joint] * t45;
+        const double t61 = t55 + t60;
+        const double t62 = qd[i * qd_pose + 3 * qd_joint] * t43;
+        const double t63 = t62 - t57;
+        const double t64 = qd[i * qd_pose + 3 * qd_joint] * t51;
+        const double t65 = t64 - t58;
+        const double t66 = qd[i * qd_pose + 3 * qd_joint] * t49;
+        const double t67 = t59 + t66;
+        const double t68 = 0.4318 * t51;
+        const double t69 = t43 - t68;
+        const double t70 = t51 - qd[i * qd_pose + 4 * qd_joint];
+        const double t71 = 0.4318 * t49;
+        const double t72 = t45 + t71;
+        const double t73 = 0.4318 * t67;
+        const double t74 = t61 + t73;
+        const double t75 = 0.4318 * t65;
+        const double t76 = t63 - t75;
+        const double t77 = c5 * t69;
+        const double t78 = s5 * t69;
+        const double t79 = s5 * t33;
+        const double t80 = t79 - t77;
+        const double t81 = c5 * t33;
+        const double t82 = t78 + t81;
+        const double t83 = qd[i * qd_pose + 4 * qd_joint] * t82;
+        const double t84 = s5 * t29;
+        const double t85 = c5 * t29;
+        const double t86 = c5 * t49;
+        const double t87 = t86 - t84;
+        const double t88 = s5 * t49;
+        const double t89 = t88 + t85;
+        const double t90 = qd[i * qd_pose + 4 * qd_joint] * t89;
+        const double t91 = s5 * t39;
+        const double t92 = c5 * t39;
+        const double t93 = c5 * t74;
+        const double t94 = t91 + t93;
+        const double t95 = t94 + t83;
+        const double t96 = s5 * t74;
+        const double t97 = t92 - t96;
+        const double t98 = s5 * t23;
+        const double t99 = s5 * t65;
+        const double t100 = c5 * t65;
+        const double t101 = t98 + t100;
+        const double t102 = c5 * t23;
+        const double t103 = t102 - t99;
+        const double t104 = t101 + t90;
+        const double t105 = qd[i * qd_pose + 4 * qd_joint] * t80;
+        const double t106 = t97 - t105;
+        t[2 * t_row + i] = t106;
+        const double t107 = qd[i * qd_pose + 4 * qd_joint] * t87;
+        const double t108 = t103 + t107;
+        t[5 * t_row + i] = t108;
+        const double t109 = s6 * t72;
+        const double t110 = c6 * t72;
+        const double t111 = c6 * t80;
+        const double t112 = t109 + t111;
+        const double t113 = s6 * t80;
+        const double t114 = t110 - t113;
+        const double t115 = qd[i * qd_pose + 5 * qd_joint] * t114;
+        const double t116 = qd[i * qd_pose + 5 * qd_joint] * t112;
+        const double t117 = s6 * t70;
+        const double t118 = c6 * t70;
+        const double t119 = c6 * t87;
+        const double t120 = t119 - t117;
+        const double t121 = s6 * t87;
+        const double t122 = t121 + t118;
+        const double t123 = qd[i * qd_pose + 5 * qd_joint] * t122;
+        const double t124 = qd[i * qd_pose + 5 * qd_joint] * t120;
+        const double t125 = s6 * t76;
+        const double t126 = c6 * t76;
+        const double t127 = c6 * t95;
+        const double t128 = t125 + t127;
+        const double t129 = t128 + t115;
+        t[0 * t_row + i] = t129;
+        const double t130 = s6 * t95;
+        const double t131 = t126 - t130;
+        const double t132 = t131 - t116;
+        t[1 * t_row + i] = t132;
+        const double t133 = s6 * t67;
+        const double t134 = s6 * t104;
+        const double t135 = c6 * t104;
+        const double t136 = t133 + t135;
+        const double t137 = t136 + t123;
+        t[3 * t_row + i] = t137;
+        const double t138 = c6 * t67;
+        const double t139 = t138 - t134;
+        const double t140 = t139 + t124;
+        t[4 * t_row + i] = t140;
+    }
+}
+
+void puma560_bias_acceleration_local_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = bias_acceleration + begin;
+            puma560_bias_acceleration_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_bias_acceleration_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_bias_acceleration_world_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t2 = qd[i * qd_pose + 4 * qd_joint] * t1;
+        const double t3 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const double t4 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const double t5 = qd[i * qd_pose + 4 * qd_joint] * 0.4318;
+        const double t6 = t0 * 0.4318;
+        const double t7 = t2 * 0.4318;
+        const double t8 = s4 * t6;
+        const double t9 = c4 * t6;
+        const double t10 = c4 * t5;
+        const double t11 = t8 + t10;
+        const double t12 = s4 * t5;
+        const double t13 = t12 - t9;
+        const double t14 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t15 = c4 * t0;
+        const double t16 = t15 - t14;
+        const double t17 = s4 * t0;
+        const double t18 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t19 = t18 + t17;
+        const double t20 = s4 * t7;
+        const double t21 = c4 * t7;
+        const double t22 = c4 * t2;
+        const double t23 = s4 * t2;
+        const double t24 = qd[i * qd_pose + 3 * qd_joint] * t13;
+        const double t25 = t24 - t20;
+        const double t26 = qd[i * qd_pose + 3 * qd_joint] * t11;
+        const double t27 = t26 - t21;
+        const double t28 = qd[i * qd_pose + 3 * qd_joint] * t19;
+        const double t29 = t28 - t22;
+        const double t30 = qd[i * qd_pose + 3 * qd_joint] * t16;
+        const double t31 = t23 + t30;
+        const double t32 = t3 * 0.15005;
+        const double t33 = t32 - t11;
+        const double t34 = t3 * 0.0203;
+        const double t35 = t34 - t13;
+        const double t36 = t16 * 0.15005;
+        const double t37 = t19 * 0.0203;
+        const double t38 = t36 + t37;
+        const double t39 = qd[i * qd_pose + 2 * qd_joint] + t19;
+        const double t40 = t4 * 0.15005;
+        const double t41 = t25 - t40;
+        const double t42 = t4 * 0.0203;
+        const double t43 = t27 + t42;
+        const double t44 = t29 * 0.15005;
+        const double t45 = t31 * 0.0203;
+        const double t46 = t44 - t45;
+        const double t47 = s23 * t38;
+        const double t48 = c23 * t38;
+        const double t49 = c23 * t33;
+        const double t50 = t49 - t47;
+        const double t51 = s23 * t33;
+        const double t52 = t51 + t48;
+        const double t53 = s23 * t3;
+        const double t54 = c23 * t3;
+        const double t55 = c23 * t16;
+        const double t56 = t53 + t55;
+        const double t57 = s23 * t16;
+        const double t58 = t54 - t57;
+        const double t59 = s23 * t46;
+        const double t60 = c23 * t46;
+        const double t61 = c23 * t41;
+        const double t62 = t59 + t61;
+        const double t63 = s23 * t41;
+        const double t64 = t63 - t60;
+        const double t65 = s23 * t4;
+        const double t66 = c23 * t4;
+        const double t67 = c23 * t29;
+        const double t68 = t65 + t67;
+        const double t69 = s23 * t29;
+        const double t70 = t69 - t66;
+        const double t71 = qd[i * qd_pose + 2 * qd_joint] * t52;
+        const double t72 = t71 - t62;
+        const double t73 = qd[i * qd_pose + 2 * qd_joint] * t50;
+        const double t74 = t64 + t73;
+        const double t75 = qd[i * qd_pose + 2 * qd_joint] * t58;
+        const double t76 = t75 - t68;
+        const double t77 = qd[i * qd_pose + 2 * qd_joint] * t56;
+        const double t78 = t77 - t70;
+        const double t79 = s2 * t39;
+        const double t80 = 0.4318 * t79;
+        const double t81 = t50 - t80;
+        const double t82 = s2 * t56;
+        const double t83 = 0.4318 * t82;
+        const double t84 = t35 + t83;
+        const double t85 = c2 * t58;
+        const double t86 = 0.4318 * t85;
+        const double t87 = t86 + t84;
+        const double t88 = qd[i * qd_pose + 1 * qd_joint] * t58;
+        const double t89 = t76 + t88;
+        const double t90 = s2 * t76;
+        const double t91 = s2 * t31;
+        const double t92 = 0.4318 * t91;
+        const double t93 = t72 + t92;
+        const double t94 = 0.4318 * t90;
+        const double t95 = t43 - t94;
+        const double t96 = c2 * t39;
+        const double t97 = 0.4318 * t96;
+        const double t98 = t52 + t97;
+        const double t99 = qd[i * qd_pose + 1 * qd_joint] * t98;
+        const double t100 = t93 + t99;
+        const double t101 = qd[i * qd_pose + 1 * qd_joint] + t39;
+        const double t102 = c2 * t78;
+        const double t103 = 0.4318 * t102;
+        const double t104 = t103 + t95;
+        const double t105 = c2 * t31;
+        const double t106 = 0.4318 * t105;
+        const double t107 = t74 + t106;
+        const double t108 = qd[i * qd_pose + 1 * qd_joint] * t81;
+        const double t109 = t107 + t108;
+        t[2 * t_row + i] = t109;
+        const double t110 = qd[i * qd_pose + 1 * qd_joint] * t56;
+        const double t111 = t78 + t110;
+        t[5 * t_row + i] = t111;
+        const double t112 = s1 * t87;
+        const double t113 = c1 * t87;
+        const double t114 = c1 * t81;
+        const double t115 = t112 + t114;
+        const double t116 = s1 * t81;
+        const double t117 = t116 - t113;
+        const double t118 = qd[i * qd_pose + 0 * qd_joint] * t117;
+        const double t119 = qd[i * qd_pose + 0 * qd_joint] * t115;
+        const double t120 = s1 * t101;
+        const double t121 = c1 * t101;
+        const double t122 = c1 * t56;
+        const double t123 = t120 + t122;
+        const double t124 = s1 * t56;
+        const double t125 = t124 - t121;
+        const double t126 = qd[i * qd_pose + 0 * qd_joint] * t125;
+        const double t127 = qd[i * qd_pose + 0 * qd_joint] * t123;
+        const double t128 = s1 * t104;
+        const double t129 = c1 * t104;
+        const double t130 = c1 * t100;
+        const double t131 = t128 + t130;
+        const double t132 = t131 + t118;
+        t[0 * t_row + i] = t132;
+        const double t133 = s1 * t100;
+        const double t134 = t133 - t129;
+        const double t135 = t134 - t119;
+        t[1 * t_row + i] = t135;
+        const double t136 = s1 * t31;
+        const double t137 = s1 * t89;
+        const double t138 = c1 * t89;
+        const double t139 = t136 + t138;
+        const double t140 = t126 - t139;
+        t[3 * t_row + i] = t140;
+        const double t141 = c1 * t31;
+        const double t142 = t141 - t137;
+        const double t143 = t142 - t127;
+        t[4 * t_row + i] = t143;
+    }
+}
+
+void puma560_bias_acceleration_world_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, double *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = bias_acceleration + begin;
+            puma560_bias_acceleration_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_bias_acceleration_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_acceleration_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = c2 * 0.4318;
+        const double t1 = s2 * 0.4318;
+        const double t2 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t3 = qdd[i * qdd_pose + 5 * qdd_joint] * s5;
+        const double t4 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t5 = qdd[i * qdd_pose + 5 * qdd_joint] * c5;
+        const double t6 = qd[i * qd_pose + 4 * qd_joint] * t4;
+        const double t7 = t3 + t6;
+        const double t8 = qd[i * qd_pose + 3 * qd_joint] + t4;
+        const double t9 = qd[i * qd_pose + 4 * qd_joint] * t2;
+        const double t10 = t9 - t5;
+        const double t11 = qdd[i * qdd_pose + 3 * qdd_joint] - t10;
+        const double t12 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t13 = c4 * t2;
+        const double t14 = t13 - t12;
+        const double t15 = s4 * t2;
+        const double t16 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t17 = t16 + t15;
+        const double t18 = qdd[i * qdd_pose + 4 * qdd_joint] * s4;
+        const double t19 = s4 * t7;
+        const double t20 = c4 * t7;
+        const double t21 = t20 - t18;
+        const double t22 = qdd[i * qdd_pose + 4 * qdd_joint] * c4;
+        const double t23 = t22 + t19;
+        const double t24 = qd[i * qd_pose + 3 * qd_joint] * t17;
+        const double t25 = t24 - t21;
+        const double t26 = qd[i * qd_pose + 2 * qd_joint] + t17;
+        const double t27 = qd[i * qd_pose + 1 * qd_joint] + t26;
+        const double t28 = qd[i * qd_pose + 3 * qd_joint] * t14;
+        const double t29 = t23 + t28;
+        const double t30 = qdd[i * qdd_pose + 2 * qdd_joint] + t29;
+        const double t31 = qdd[i * qdd_pose + 1 * qdd_joint] + t30;
+        const double t32 = s23 * 0.4318;
+        const double t33 = c23 * 0.0203;
+        const double t34 = t32 - t33;
+        const double t35 = t34 - t0;
+        const double t36 = s23 * 0.0203;
+        const double t37 = c23 * 0.4318;
+        const double t38 = t36 + t37;
+        const double t39 = t38 + t1;
+        const double t40 = s23 * t8;
+        const double t41 = c23 * t8;
+        const double t42 = c23 * t14;
+        const double t43 = t40 + t42;
+        const double t44 = s23 * t14;
+        const double t45 = t41 - t44;
+        const double t46 = s23 * t11;
+        const double t47 = s23 * t25;
+        const double t48 = c23 * t25;
+        const double t49 = t48 - t46;
+        const double t50 = c23 * t11;
+        const double t51 = t47 + t50;
+        const double t52 = qd[i * qd_pose + 2 * qd_joint] * t38;
+        const double t53 = qdd[i * qdd_pose + 2 * qdd_joint] * t38;
+        const double t54 = qd[i * qd_pose + 2 * qd_joint] * t34;
+        const double t55 = qdd[i * qdd_pose + 2 * qdd_joint] * t34;
+        const double t56 = qd[i * qd_pose + 2 * qd_joint] * t54;
+        const double t57 = t56 - t53;
+        const double t58 = qd[i * qd_pose + 2 * qd_joint] * t52;
+        const double t59 = t58 + t55;
+        const double t60 = qd[i * qd_pose + 2 * qd_joint] * t45;
+        const double t61 = t60 - t49;
+        const double t62 = qd[i * qd_pose + 1 * qd_joint] * t45;
+        const double t63 = t61 + t62;
+        const double t64 = qd[i * qd_pose + 2 * qd_joint] * t43;
+        const double t65 = t64 - t51;
+        const double t66 = qd[i * qd_pose + 1 * qd_joint] * t39;
+        const double t67 = t52 + t66;
+        const double t68 = t52 + t67;
+        const double t69 = qdd[i * qdd_pose + 1 * qdd_joint] * t39;
+        const double t70 = t57 - t69;
+        const double t71 = qd[i * qd_pose + 1 * qd_joint] * t68;
+        const double t72 = t59 + t71;
+        const double t73 = qd[i * qd_pose + 1 * qd_joint] * t35;
+        const double t74 = t54 + t73;
+        const double t75 = t54 + t74;
+        const double t76 = qd[i * qd_pose + 1 * qd_joint] * t75;
+        const double t77 = t76 + t70;
+        const double t78 = qdd[i * qdd_pose + 1 * qdd_joint] * t35;
+        const double t79 = t78 + t72;
+        t[2 * t_row + i] = t79;
+        const double t80 = qd[i * qd_pose + 1 * qd_joint] * t43;
+        const double t81 = t65 + t80;
+        const double t82 = qdd[i * qdd_pose + 0 * qdd_joint] + t81;
+        t[5 * t_row + i] = t82;
+        const double t83 = s1 * 0.15005;
+        const double t84 = c1 * t35;
+        const double t85 = t83 + t84;
+        const double t86 = s1 * t35;
+        const double t87 = c1 * 0.15005;
+        const double t88 = t86 - t87;
+        const double t89 = c1 * t67;
+        const double t90 = s1 * t67;
+        const double t91 = s1 * t27;
+        const double t92 = c1 * t27;
+        const double t93 = c1 * t43;
+        const double t94 = t91 + t93;
+        const double t95 = s1 * t43;
+        const double t96 = t95 - t92;
+        const double t97 = qd[i * qd_pose + 0 * qd_joint] * t96;
+        const double t98 = qd[i * qd_pose + 0 * qd_joint] * t94;
+        const double t99 = c1 * t77;
+        const double t100 = s1 * t77;
+        const double t101 = s1 * t31;
+        const double t102 = c1 * t31;
+        const double t103 = c1 * t63;
+        const double t104 = t101 + t103;
+        const double t105 = t97 - t104;
+        t[3 * t_row + i] = t105;
+        const double t106 = s1 * t63;
+        const double t107 = t102 - t106;
+        const double t108 = t107 - t98;
+        t[4 * t_row + i] = t108;
+        const double t109 = qd[i * qd_pose + 0 * qd_joint] * t88;
+        const double t110 = t109 - t89;
+        const double t111 = t89 - t110;
+        const double t112 = qdd[i * qdd_pose + 0 * qdd_joint] * t88;
+        const double t113 = qd[i * qd_pose + 0 * qd_joint] * t111;
+        const double t114 = t100 - t113;
+        const double t115 = qd[i * qd_pose + 0 * qd_joint] * t85;
+        const double t116 = t90 + t115;
+        const double t117 = t90 + t116;
+        const double t118 = qd[i * qd_pose + 0 * qd_joint] * t117;
+        const double t119 = t99 + t118;
+        const double t120 = t112 + t119;
+        t[0 * t_row + i] = t120;
+        const double t121 = qdd[i * qdd_pose + 0 * qdd_joint] * t85;
+        const double t122 = t114 - t121;
+        t[1 * t_row + i] = t122;
+    }
+}
+
+void puma560_acceleration_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double qdd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = acceleration + begin;
+            puma560_acceleration_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_acceleration_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_acceleration_local_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s3;
+        double c3;
+        puma560_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const double t1 = qdd[i * qdd_pose + 0 * qdd_joint] * s23;
+        const double t2 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const double t3 = qdd[i * qdd_pose + 0 * qdd_joint] * c23;
+        const double t4 = qd[i * qd_pose + 1 * qd_joint] * t2;
+        const double t5 = t1 + t4;
+        const double t6 = qd[i * qd_pose + 1 * qd_joint] * t0;
+        const double t7 = t6 - t3;
+        const double t8 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const double t9 = 0.4318 * t8;
+        const double t10 = s3 * t0;
+        const double t11 = 0.4318 * t10;
+        const double t12 = c3 * t2;
+        const double t13 = 0.4318 * t12;
+        const double t14 = t11 + t13;
+        const double t15 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const double t16 = 0.4318 * t15;
+        const double t17 = qdd[i * qdd_pose + 1 * qdd_joint] * s3;
+        const double t18 = 0.4318 * t17;
+        const double t19 = s3 * t5;
+        const double t20 = 0.4318 * t19;
+        const double t21 = c3 * t7;
+        const double t22 = 0.4318 * t21;
+        const double t23 = t20 - t22;
+        const double t24 = qdd[i * qdd_pose + 1 * qdd_joint] * c3;
+        const double t25 = 0.4318 * t24;
+        const double t26 = qd[i * qd_pose + 2 * qd_joint] * t16;
+        const double t27 = t18 + t26;
+        const double t28 = qd[i * qd_pose + 2 * qd_joint] * t9;
+        const double t29 = t28 - t25;
+        const double t30 = qd[i * qd_pose + 2 * qd_joint] * t2;
+        const double t31 = t5 + t30;
+        const double t32 = qdd[i * qdd_pose + 1 * qdd_joint] + qdd[i * qdd_pose + 2 * qdd_joint];
+        const double t33 = qd[i * qd_pose + 2 * qd_joint] * t0;
+        const double t34 = t7 + t33;
+        const double t35 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const double t36 = t2 * 0.15005;
+        const double t37 = t36 - t9;
+        const double t38 = t2 * 0.0203;
+        const double t39 = t14 + t38;
+        const double t40 = qd[i * qd_pose + 3 * qd_joint] - t2;
+        const double t41 = t0 * 0.15005;
+        const double t42 = t16 + t41;
+        const double t43 = t35 * 0.0203;
+        const double t44 = t43 + t42;
+        const double t45 = t34 * 0.15005;
+        const double t46 = t27 + t45;
+        const double t47 = t34 * 0.0203;
+        const double t48 = t23 - t47;
+        const double t49 = qdd[i * qdd_pose + 3 * qdd_joint] + t34;
+        const double t50 = t31 * 0.15005;
+        const double t51 = t50 - t29;
+        const double t52 = t32 * 0.0203;
+        const double t53 = t52 + t51;
+        const double t54 = s4 * t39;
+        const double t55 = c4 * t39;
+        const double t56 = c4 * t37;
+        const double t57 = t54 + t56;
+        const double t58 = s4 * t37;
+        const double t59 = t58 - t55;
+        const double t60 = s4 * t35;
+        const double t61 = c4 * t35;
+        const double t62 = c4 * t0;
+        const double t63 = t60 + t62;
+        const double t64 = s4 * t0;
+        const double t65 = t64 - t61;
+        const double t66 = s4 * t48;
+        const double t67 = c4 * t48;
+        const double t68 = c4 * t46;
+        const double t69 = t68 - t66;
+        const double t70 = s4 * t46;
+        const double t71 = t70 + t67;
+        const double t72 = s4 * t32;
+        const double t73 = c4 * t32;
+        const double t74 = c4 * t31;
+        const double t75 = t72 + t74;
+        const double t76 = s4 * t31;
+        const double t77 = t76 - t73;
+        const double t78 = qd[i * qd_pose + 3 * qd_joint] * t59;
+        const double t79 = t69 + t78;
+        const double t80 = qd[i * qd_pose + 3 * qd_joint] * t57;
+        const double t81 = t80 - t71;
+        const double t82 = qd[i * qd_pose + 3 * qd_joint] * t65;
+        const double t83 = t82 - t75;
+        const double t84 = qd[i * qd_pose + 3 * qd_joint] * t63;
+        const double t85 = t77 + t84;
+        const double t86 = 0.4318 * t65;
+        const double t87 = t57 - t86;
+        const double t88 = t65 - qd[i * qd_pose + 4 * qd_joint];
+        const double t89 = 0.4318 * t63;
+        const double t90 = t59 + t89;
+        const double t91 = 0.4318 * t85;
+        const double t92 = t79 + t91;
+        const double t93 = t85 - qdd[i * qdd_pose + 4 * qdd_joint];
+        const double t94 = 0.4318 * t83;
+        const double t95 = t81 - t94;
+        const double t96 = c5 * t87;
+        const double t97 = s5 * t87;
+        const double t98 = s5 * t44;
+        const double t99 = t98 - t96;
+        const double t100 = c5 * t44;
+        const double t101 = t97 + t100;
+        const double t102 = qd[i * qd_pose + 4 * qd_joint] * t101;
+        const double t103 = s5 * t40;
+        const double t104 = c5 * t40;
+        const double t105 = c5 * t63;
+        const double t106 = t105 - t103;
+        const double t107 = s5 * t63;
+        const double t108 = t107 + t104;
+        const double t109 = qd[i * qd_pose + 4 * qd_joint] * t108;
+        const double t110 = s5 * t53;
+        const double t111 = c5 * t53;
+        const double t112 = c5 * t92;
+        const double t113 = t110 + t112;
+        const double t114 = t113 + t102;
+        const double t115 = s5 * t92;
+        const double t116 = t111 - t115;
+        const double t117 = s5 * t49;
+        const double t118 = c5 * t49;
+        const double t119 = c5 * t83;
+        const double t120 = t117 + t119;
+        const double t121 = s5 * t83;
+        const double t122 = t121 - t118;
+        const double t123 = t120 + t109;
+        const double t124 = qd[i * qd_pose + 4 * qd_joint] * t99;
+        const double t125 = t116 - t124;
+        t[2 * t_row + i] = t125;
+        const double t126 = qd[i * qd_pose + 4 * qd_joint] * t106;
+        const double t127 = t126 - t122;
+        const double t128 = qdd[i * qdd_pose + 5 * qdd_joint] + t127;
+        t[5 * t_row + i] = t128;
+        const double t129 = s6 * t90;
+        const double t130 = c6 * t90;
+        const double t131 = c6 * t99;
+        const double t132 = t129 + t131;
+        const double t133 = s6 * t99;
+        const double t134 = t130 - t133;
+        const double t135 = qd[i * qd_pose + 5 * qd_joint] * t134;
+        const double t136 = qd[i * qd_pose + 5 * qd_joint] * t132;
+        const double t137 = s6 * t88;
+        const double t138 = c6 * t88;
+        const double t139 = c6 * t106;
+        const double t140 = t139 - t137;
+        const double t141 = s6 * t106;
+        const double t142 = t141 + t138;
+        const double t143 = qd[i * qd_pose + 5 * qd_joint] * t142;
+        const double t144 = qd[i * qd_pose + 5 * qd_joint] * t140;
+        const double t145 = s6 * t95;
+        const double t146 = c6 * t95;
+        const double t147 = c6 * t114;
+        const double t148 = t145 + t147;
+        const double t149 = t148 + t135;
+        t[0 * t_row + i] = t149;
+        const double t150 = s6 * t114;
+        const double t151 = t146 - t150;
+        const double t152 = t151 - t136;
+        t[1 * t_row + i] = t152;
+        const double t153 = s6 * t93;
+        const double t154 = c6 * t93;
+        const double t155 = c6 * t123;
+        const double t156 = t153 + t155;
+        const double t157 = t156 + t143;
+        t[3 * t_row + i] = t157;
+        const double t158 = s6 * t123;
+        const double t159 = t158 - t154;
+        const double t160 = t144 - t159;
+        t[4 * t_row + i] = t160;
+    }
+}
+
+void puma560_acceleration_local_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double qdd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = acceleration + begin;
+            puma560_acceleration_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_acceleration_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_acceleration_world_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const double t1 = qdd[i * qdd_pose + 5 * qdd_joint] * s5;
+        const double t2 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const double t3 = qdd[i * qdd_pose + 5 * qdd_joint] * c5;
+        const double t4 = qd[i * qd_pose + 4 * qd_joint] * t2;
+        const double t5 = t1 + t4;
+        const double t6 = qd[i * qd_pose + 3 * qd_joint] + t2;
+        const double t7 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const double t8 = t7 - t3;
+        const double t9 = qdd[i * qdd_pose + 3 * qdd_joint] - t8;
+        const double t10 = qd[i * qd_pose + 4 * qd_joint] * 0.4318;
+        const double t11 = t0 * 0.4318;
+        const double t12 = qdd[i * qdd_pose + 4 * qdd_joint] * 0.4318;
+        const double t13 = t5 * 0.4318;
+        const double t14 = s4 * t11;
+        const double t15 = c4 * t11;
+        const double t16 = c4 * t10;
+        const double t17 = t14 + t16;
+        const double t18 = s4 * t10;
+        const double t19 = t18 - t15;
+        const double t20 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const double t21 = c4 * t0;
+        const double t22 = t21 - t20;
+        const double t23 = s4 * t0;
+        const double t24 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const double t25 = t24 + t23;
+        const double t26 = s4 * t13;
+        const double t27 = c4 * t13;
+        const double t28 = c4 * t12;
+        const double t29 = t26 + t28;
+        const double t30 = s4 * t12;
+        const double t31 = t30 - t27;
+        const double t32 = qdd[i * qdd_pose + 4 * qdd_joint] * s4;
+        const double t33 = s4 * t5;
+        const double t34 = c4 * t5;
+        const double t35 = t34 - t32;
+        const double t36 = qdd[i * qdd_pose + 4 * qdd_joint] * c4;
+        const double t37 = t36 + t33;
+        const double t38 = qd[i * qd_pose + 3 * qd_joint] * t19;
+        const double t39 = t38 - t29;
+        const double t40 = qd[i * qd_pose + 3 * qd_joint] * t17;
+        const double t41 = t31 + t40;
+        const double t42 = qd[i * qd_pose + 3 * qd_joint] * t25;
+        const double t43 = t42 - t35;
+        const double t44 = qd[i * qd_pose + 3 * qd_joint] * t22;
+        const double t45 = t37 + t44;
+        const double t46 = t6 * 0.15005;
+        const double t47 = t17 - t46;
+        const double t48 = t6 * 0.0203;
+        const double t49 = t19 - t48;
+        const double t50 = t22 * 0.15005;
+        const double t51 = t25 * 0.0203;
+        const double t52 = t50 + t51;
+        const double t53 = qd[i * qd_pose + 2 * qd_joint] + t25;
+        const double t54 = t9 * 0.15005;
+        const double t55 = t39 + t54;
+        const double t56 = t9 * 0.0203;
+        const double t57 = t41 - t56;
+        const double t58 = t43 * 0.15005;
+        const double t59 = t45 * 0.0203;
+        const double t60 = t58 - t59;
+        const double t61 = qdd[i * qdd_pose + 2 * qdd_joint] + t45;
+        const double t62 = s23 * t52;
+        const double t63 = c23 * t52;
+        const double t64 = c23 * t47;
+        const double t65 = t62 + t64;
+        const double t66 = s23 * t47;
+        const double t67 = t66 - t63;
+        const double t68 = s23 * t6;
+        const double t69 = c23 * t6;
+        const double t70 = c23 * t22;
+        const double t71 = t68 + t70;
+        const double t72 = s23 * t22;
+        const double t73 = t72 - t69;
+        const double t74 = s23 * t60;
+        const double t75 = c23 * t60;
+        const double t76 = c23 * t55;
+        const double t77 = t74 + t76;
+        const double t78 = s23 * t55;
+        const double t79 = t78 - t75;
+        const double t80 = s23 * t9;
+        const double t81 = s23 * t43;
+        const double t82 = c23 * t43;
+        const double t83 = t82 - t80;
+        const double t84 = c23 * t9;
+        const double t85 = t81 + t84;
+        const double t86 = qd[i * qd_pose + 2 * qd_joint] * t67;
+        const double t87 = t77 + t86;
+        const double t88 = qd[i * qd_pose + 2 * qd_joint] * t65;
+        const double t89 = t88 - t79;
+        const double t90 = qd[i * qd_pose + 2 * qd_joint] * t73;
+        const double t91 = t83 + t90;
+        const double t92 = qd[i * qd_pose + 2 * qd_joint] * t71;
+        const double t93 = t92 - t85;
+        const double t94 = s2 * t53;
+        const double t95 = 0.4318 * t94;
+        const double t96 = t65 + t95;
+        const double t97 = s2 * t71;
+        const double t98 = 0.4318 * t97;
+        const double t99 = t49 - t98;
+        const double t100 = c2 * t73;
+        const double t101 = 0.4318 * t100;
+        const double t102 = t101 + t99;
+        const double t103 = qd[i * qd_pose + 1 * qd_joint] * t73;
+        const double t104 = t91 + t103;
+        const double t105 = s2 * t91;
+        const double t106 = s2 * t61;
+        const double t107 = 0.4318 * t106;
+        const double t108 = t87 - t107;
+        const double t109 = 0.4318 * t105;
+        const double t110 = t57 + t109;
+        const double t111 = c2 * t53;
+        const double t112 = 0.4318 * t111;
+        const double t113 = t67 - t112;
+        const double t114 = qd[i * qd_pose + 1 * qd_joint] * t113;
+        const double t115 = t108 + t114;
+        const double t116 = qd[i * qd_pose + 1 * qd_joint] + t53;
+        const double t117 = c2 * t93;
+        const double t118 = 0.4318 * t117;
+        const double t119 = t118 + t110;
+        const double t120 = c2 * t61;
+        const double t121 = 0.4318 * t120;
+        const double t122 = t121 - t89;
+        const double t123 = qdd[i * qdd_pose + 1 * qdd_joint] + t61;
+        const double t124 = qd[i * qd_pose + 1 * qd_joint] * t96;
+        const double t125 = t122 - t124;
+        t[2 * t_row + i] = t125;
+        const double t126 = qd[i * qd_pose + 1 * qd_joint] * t71;
+        const double t127 = t93 + t126;
+        const double t128 = qdd[i * qdd_pose + 0 * qdd_joint] + t127;
+        t[5 * t_row + i] = t128;
+        const double t129 = s1 * t102;
+        const double t130 = c1 * t102;
+        const double t131 = c1 * t96;
+        const double t132 = t129 + t131;
+        const double t133 = s1 * t96;
+        const double t134 = t133 - t130;
+        const double t135 = qd[i * qd_pose + 0 * qd_joint] * t134;
+        const double t136 = qd[i * qd_pose + 0 * qd_joint] * t132;
+        const double t137 = s1 * t116;
+        const double t138 = c1 * t116;
+        const double t139 = c1 * t71;
+        const double t140 = t137 + t139;
+        const double t141 = s1 * t71;
+        const double t142 = t141 - t138;
+        const double t143 = qd[i * qd_pose + 0 * qd_joint] * t142;
+        const double t144 = qd[i * qd_pose + 0 * qd_joint] * t140;
+        const double t145 = c1 * t115;
+        const double t146 = s1 * t115;
+        const double t147 = s1 * t119;
+        const double t148 = t147 - t145;
+        const double t149 = t148 - t135;
+        t[0 * t_row + i] = t149;
+        const double t150 = c1 * t119;
+        const double t151 = t146 + t150;
+        const double t152 = t136 - t151;
+        t[1 * t_row + i] = t152;
+        const double t153 = s1 * t123;
+        const double t154 = s1 * t104;
+        const double t155 = c1 * t104;
+        const double t156 = t155 - t153;
+        const double t157 = t156 + t143;
+        t[3 * t_row + i] = t157;
+        const double t158 = c1 * t123;
+        const double t159 = t154 + t158;
+        const double t160 = t159 - t144;
+        t[4 * t_row + i] = t160;
+    }
+}
+
+void puma560_acceleration_world_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const double *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const double *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, double *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double qd_copy[6][TILE];
+    double qdd_copy[6][TILE];
+    double t[6][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = acceleration + begin;
+            puma560_acceleration_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_acceleration_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+static inline void puma560_hessian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s2;
+        double c2;
+        puma560_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const double t0 = c2 * 0.4318;
+        const double t1 = s2 * 0.4318;
+        const double t2 = -c1;
+        t[19][i] = t2;
+        t[20][i] = t2;
+        const double t3 = -s1;
+        t[25][i] = t3;
+        t[26][i] = t3;
+        const double t4 = c1 * s23;
+        const double t5 = -t4;
+        t[27][i] = t5;
+        const double t6 = s1 * s23;
+        t[21][i] = t6;
+        const double t7 = s23 * s4;
+        const double t8 = s23 * 0.4318;
+        const double t9 = c23 * 0.0203;
+        const double t10 = t8 - t9;
+        const double t11 = t10 - t0;
+        const double t12 = c1 * t10;
+        t[38][i] = t12;
+        t[73][i] = t12;
+        t[74][i] = t12;
+        const double t13 = s1 * t10;
+        t[44][i] = t13;
+        t[79][i] = t13;
+        t[80][i] = t13;
+        const double t14 = s23 * 0.0203;
+        const double t15 = c23 * 0.4318;
+        const double t16 = t14 + t15;
+        const double t17 = t16 + t1;
+        const double t18 = s1 * 0.15005;
+        const double t19 = c1 * t11;
+        t[37][i] = t19;
+        const double t20 = t18 + t19;
+        t[0][i] = t20;
+        const double t21 = s1 * t11;
+        t[43][i] = t21;
+        const double t22 = c1 * 0.15005;
+        const double t23 = t21 - t22;
+        t[6][i] = t23;
+        const double t24 = c23 * s4;
+        const double t25 = s4 * s5;
+        const double t26 = c4 * s5;
+        const double t27 = s1 * c4;
+        const double t28 = c1 * c4;
+        const double t29 = c1 * t24;
+        const double t30 = t29 - t27;
+        t[28][i] = t30;
+        const double t31 = s1 * t24;
+        const double t32 = t31 + t28;
+        const double t33 = -t32;
+        t[22][i] = t33;
+        const double t34 = c23 * c5;
+        const double t35 = s23 * c5;
+        const double t36 = s23 * t26;
+        const double t37 = t36 - t34;
+        const double t38 = c23 * t26;
+        const double t39 = t35 + t38;
+        const double t40 = c1 * t37;
+        t[59][i] = t40;
+        t[95][i] = t40;
+        const double t41 = s1 * t37;
+        t[65][i] = t41;
+        t[101][i] = t41;
+        const double t42 = s1 * t25;
+        const double t43 = c1 * t25;
+        const double t44 = c1 * t39;
+        const double t45 = t42 + t44;
+        const double t46 = s1 * t39;
+        const double t47 = t46 - t43;
+        t[23][i] = t47;
+        const double t48 = -t45;
+        t[29][i] = t48;
+        const double t49 = c1 * t17;
+        const double t50 = s1 * t17;
+        t[1][i] = t50;
+        t[36][i] = t50;
+        const double t51 = s1 * t50;
+        const double t52 = -t49;
+        t[7][i] = t52;
+        t[42][i] = t52;
+        const double t53 = c1 * t49;
+        const double t54 = t51 + t53;
+        t[49][i] = t54;
+        const double t55 = c1 * t16;
+        const double t56 = s1 * t16;
+        t[2][i] = t56;
+        t[72][i] = t56;
+        const double t57 = s1 * t56;
+        const double t58 = -t55;
+        t[8][i] = t58;
+        t[78][i] = t58;
+        const double t59 = c1 * t55;
+        const double t60 = t57 + t59;
+        t[50][i] = t60;
+        t[85][i] = t60;
+        t[86][i] = t60;
+        const double t61 = c1 * c23;
+        const double t62 = -t61;
+        t[57][i] = t62;
+        t[93][i] = t62;
+        const double t63 = s1 * c23;
+        const double t64 = -t63;
+        t[63][i] = t64;
+        t[99][i] = t64;
+        const double t65 = s1 * t6;
+        const double t66 = c1 * t4;
+        const double t67 = t65 + t66;
+        t[69][i] = t67;
+        t[105][i] = t67;
+        const double t68 = c1 * t7;
+        const double t69 = -t68;
+        t[58][i] = t69;
+        t[94][i] = t69;
+        const double t70 = s1 * t7;
+        const double t71 = -t70;
+        t[64][i] = t71;
+        t[100][i] = t71;
+        const double t72 = s1 * t32;
+        const double t73 = s1 * t47;
+        const double t74 = c1 * t30;
+        const double t75 = t72 + t74;
+        const double t76 = -t75;
+        t[70][i] = t76;
+        t[106][i] = t76;
+        const double t77 = c1 * t45;
+        const double t78 = t73 + t77;
+        t[71][i] = t78;
+        t[107][i] = t78;
+        const double t79 = c23 * t32;
+        const double t80 = t6 * t7;
+        const double t81 = t79 + t80;
+        t[130][i] = t81;
+        const double t82 = c23 * t30;
+        const double t83 = t4 * t7;
+        const double t84 = t82 + t83;
+        const double t85 = -t84;
+        t[136][i] = t85;
+        const double t86 = t6 * t30;
+        const double t87 = t4 * t32;
+        const double t88 = t86 - t87;
+        t[142][i] = t88;
+        const double t89 = c23 * t47;
+        const double t90 = c23 * t45;
+        const double t91 = t6 * t37;
+        const double t92 = t89 + t91;
+        const double t93 = -t92;
+        t[131][i] = t93;
+        const double t94 = t6 * t45;
+        const double t95 = t4 * t37;
+        const double t96 = t90 + t95;
+        t[137][i] = t96;
+        const double t97 = t4 * t47;
+        const double t98 = t97 - t94;
+        t[143][i] = t98;
+        const double t99 = t7 * t47;
+        const double t100 = t7 * t45;
+        const double t101 = t30 * t47;
+        const double t102 = t30 * t37;
+        const double t103 = t100 - t102;
+        t[173][i] = t103;
+        const double t104 = t32 * t37;
+        const double t105 = t104 - t99;
+        t[167][i] = t105;
+        const double t106 = t32 * t45;
+        const double t107 = t106 - t101;
+        t[179][i] = t107;
+    }
+}
+
+void puma560_hessian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *hessian, ptrdiff_t hessian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[216][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[3][i] = 0.0;
+        t[4][i] = 0.0;
+        t[5][i] = 0.0;
+        t[9][i] = 0.0;
+        t[10][i] = 0.0;
+        t[11][i] = 0.0;
+        t[12][i] = 0.0;
+        t[13][i] = 0.0;
+        t[14][i] = 0.0;
+        t[15][i] = 0.0;
+        t[16][i] = 0.0;
+        t[17][i] = 0.0;
+        t[18][i] = 0.0;
+        t[24][i] = 0.0;
+        t[30][i] = 0.0;
+        t[31][i] = 0.0;
+        t[32][i] = 0.0;
+        t[33][i] = 0.0;
+        t[34][i] = 0.0;
+        t[35][i] = 0.0;
+        t[39][i] = 0.0;
+        t[40][i] = 0.0;
+        t[41][i] = 0.0;
+        t[45][i] = 0.0;
+        t[46][i] = 0.0;
+        t[47][i] = 0.0;
+        t[48][i] = 0.0;
+        t[51][i] = 0.0;
+        t[52][i] = 0.0;
+        t[53][i] = 0.0;
+        t[54][i] = 0.0;
+        t[55][i] = 0.0;
+        t[56][i] = 0.0;
+        t[60][i] = 0.0;
+        t[61][i] = 0.0;
+        t[62][i] = 0.0;
+        t[66][i] = 0.0;
+        t[67][i] = 0.0;
+        t[68][i] = 0.0;
+        t[75][i] = 0.0;
+        t[76][i] = 0.0;
+        t[77][i] = 0.0;
+        t[81][i] = 0.0;
+        t[82][i] = 0.0;
+        t[83][i] = 0.0;
+        t[84][i] = 0.0;
+        t[87][i] = 0.0;
+        t[88][i] = 0.0;
+        t[89][i] = 0.0;
+        t[90][i] = 0.0;
+        t[91][i] = 0.0;
+        t[92][i] = 0.0;
+        t[96][i] = 0.0;
+        t[97][i] = 0.0;
+        t[98][i] = 0.0;
+        t[102][i] = 0.0;
+        t[103][i] = 0.0;
+        t[104][i] = 0.0;
+        t[108][i] = 0.0;
+        t[109][i] = 0.0;
+        t[110][i] = 0.0;
+        t[111][i] = 0.0;
+        t[112][i] = 0.0;
+        t[113][i] = 0.0;
+        t[114][i] = 0.0;
+        t[115][i] = 0.0;
+        t[116][i] = 0.0;
+        t[117][i] = 0.0;
+        t[118][i] = 0.0;
+        t[119][i] = 0.0;
+        t[120][i] = 0.0;
+        t[121][i] = 0.0;
+        t[122][i] = 0.0;
+        t[123][i] = 0.0;
+        t[124][i] = 0.0;
+        t[125][i] = 0.0;
+        t[126][i] = 0.0;
+        t[127][i] = 0.0;
+        t[128][i] = 0.0;
+        t[129][i] = 0.0;
+        t[132][i] = 0.0;
+        t[133][i] = 0.0;
+        t[134][i] = 0.0;
+        t[135][i] = 0.0;
+        t[138][i] = 0.0;
+        t[139][i] = 0.0;
+        t[140][i] = 0.0;
+        t[141][i] = 0.0;
+        t[144][i] = 0.0;
+        t[145][i] = 0.0;
+        t[146][i] = 0.0;
+        t[147][i] = 0.0;
+        t[148][i] = 0.0;
+        t[149][i] = 0.0;
+        t[150][i] = 0.0;
+        t[151][i] = 0.0;
+        t[152][i] = 0.0;
+        t[153][i] = 0.0;
+        t[154][i] = 0.0;
+        t[155][i] = 0.0;
+        t[156][i] = 0.0;
+        t[157][i] = 0.0;
+        t[158][i] = 0.0;
+        t[159][i] = 0.0;
+        t[160][i] = 0.0;
+        t[161][i] = 0.0;
+        t[162][i] = 0.0;
+        t[163][i] = 0.0;
+        t[164][i] = 0.0;
+        t[165][i] = 0.0;
+        t[166][i] = 0.0;
+        t[168][i] = 0.0;
+        t[169][i] = 0.0;
+        t[170][i] = 0.0;
+        t[171][i] = 0.0;
+        t[172][i] = 0.0;
+        t[174][i] = 0.0;
+        t[175][i] = 0.0;
+        t[176][i] = 0.0;
+        t[177][i] = 0.0;
+        t[178][i] = 0.0;
+        t[180][i] = 0.0;
+        t[181][i] = 0.0;
+        t[182][i] = 0.0;
+        t[183][i] = 0.0;
+        t[184][i] = 0.0;
+        t[185][i] = 0.0;
+        t[186][i] = 0.0;
+        t[187][i] = 0.0;
+        t[188][i] = 0.0;
+        t[189][i] = 0.0;
+        t[190][i] = 0.0;
+        t[191][i] = 0.0;
+        t[192][i] = 0.0;
+        t[193][i] = 0.0;
+        t[194][i] = 0.0;
+        t[195][i] = 0.0;
+        t[196][i] = 0.0;
+        t[197][i] = 0.0;
+        t[198][i] = 0.0;
+        t[199][i] = 0.0;
+        t[200][i] = 0.0;
+        t[201][i] = 0.0;
+        t[202][i] = 0.0;
+        t[203][i] = 0.0;
+        t[204][i] = 0.0;
+        t[205][i] = 0.0;
+        t[206][i] = 0.0;
+        t[207][i] = 0.0;
+        t[208][i] = 0.0;
+        t[209][i] = 0.0;
+        t[210][i] = 0.0;
+        t[211][i] = 0.0;
+        t[212][i] = 0.0;
+        t[213][i] = 0.0;
+        t[214][i] = 0.0;
+        t[215][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_hessian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 216, count, hessian + first, hessian_stride);
+        } else {
+            store_numbers_short(results, 216, count, hessian + first * hessian_stride, hessian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_quaternion_wxyz_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * c6;
+        const double t1 = s5 * c6;
+        const double t2 = s4 * s6;
+        const double t3 = c4 * s6;
+        const double t4 = c4 * t0;
+        const double t5 = t4 - t2;
+        const double t6 = s4 * t0;
+        const double t7 = t6 + t3;
+        const double t8 = c4 * s5;
+        const double t9 = s4 * s5;
+        const double t10 = c23 * t5;
+        const double t11 = s23 * t5;
+        const double t12 = s23 * t1;
+        const double t13 = t12 - t10;
+        const double t14 = c23 * t1;
+        const double t15 = t11 + t14;
+        const double t16 = s23 * c5;
+        const double t17 = c23 * c5;
+        const double t18 = c23 * t8;
+        const double t19 = t16 + t18;
+        const double t20 = s23 * t8;
+        const double t21 = t20 - t17;
+        const double t22 = c1 * t13;
+        const double t23 = s1 * t13;
+        const double t24 = s1 * t7;
+        const double t25 = t24 - t22;
+        const double t26 = c1 * t7;
+        const double t27 = t23 + t26;
+        const double t28 = s1 * t9;
+        const double t29 = s1 * t19;
+        const double t30 = c1 * t19;
+        const double t31 = t28 + t30;
+        const double t32 = c1 * t9;
+        const double t33 = t32 - t29;
+        const double t34 = t15 * t33;
+        const double t35 = t21 * t27;
+        const double t36 = t34 - t35;
+        const double t37 = t15 * t31;
+        const double t38 = t21 * t25;
+        const double t39 = t38 - t37;
+        const double t40 = t27 * t31;
+        const double t41 = t25 * t33;
+        const double t42 = t41 - t40;
+        const double t43 = t25 - t39;
+        const double t44 = t25 + t39;
+        const double t45 = puma560_select_lt(t21, 0.0, t43, t44);
+        const double t46 = -t21;
+        const double t47 = puma560_select_lt(t21, 0.0, t46, t21);
+        const double t48 = -t45;
+        const double t49 = puma560_select_lt(t45, 0.0, t48, t45);
+        const double t50 = t47 + t49;
+        const double t51 = 1.0 + t50;
+        const double t52 = t33 + t42;
+        const double t53 = t33 - t42;
+        const double t54 = t31 - t15;
+        const double t55 = t15 + t31;
+        const double t56 = t36 - t27;
+        const double t57 = t27 + t36;
+        const double t58 = -t57;
+        const double t59 = puma560_select_lt(t45, 0.0, t54, t52);
+        const double t60 = -t59;
+        const double t61 = puma560_select_lt(t45, 0.0, t55, t52);
+        const double t62 = -t61;
+        const double t63 = -t54;
+        const double t64 = puma560_select_lt(t45, 0.0, t53, t63);
+        const double t65 = -t55;
+        const double t66 = puma560_select_lt(t45, 0.0, t53, t65);
+        const double t67 = puma560_select_lt(t45, 0.0, t56, t51);
+        const double t68 = puma560_select_lt(t21, 0.0, t60, t67);
+        const double t69 = puma560_select_lt(t45, 0.0, t51, t56);
+        const double t70 = puma560_select_lt(t21, 0.0, t66, t69);
+        const double t71 = puma560_select_lt(t45, 0.0, t58, t51);
+        const double t72 = puma560_select_lt(t21, 0.0, t71, t62);
+        const double t73 = puma560_select_lt(t45, 0.0, t51, t58);
+        const double t74 = puma560_select_lt(t21, 0.0, t73, t64);
+        const double t75 = puma560_sqrt(t51);
+        const double t76 = 1.0 / t75;
+        const double t77 = t76 * 0.5;
+        const double t78 = -t77;
+        const double t79 = puma560_select_lt(t74, 0.0, t78, t77);
+        const double t80 = puma560_select_lt(0.0, t72, t77, t79);
+        const double t81 = puma560_select_lt(t72, 0.0, t78, t80);
+        const double t82 = puma560_select_lt(0.0, t68, t77, t81);
+        const double t83 = puma560_select_lt(t68, 0.0, t78, t82);
+        const double t84 = t68 * t83;
+        t[0 * t_row + i] = t84;
+        const double t85 = t72 * t83;
+        t[1 * t_row + i] = t85;
+        const double t86 = t74 * t83;
+        t[2 * t_row + i] = t86;
+        const double t87 = t70 * t83;
+        t[3 * t_row + i] = t87;
+    }
+}
+
+void puma560_quaternion_wxyz_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *quaternion_wxyz, ptrdiff_t quaternion_wxyz_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[4][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (quaternion_wxyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = quaternion_wxyz + begin;
+            puma560_quaternion_wxyz_tile(q + begin, 1, q_joint, to, quaternion_wxyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_quaternion_wxyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 4, count, quaternion_wxyz + first, quaternion_wxyz_stride);
+        } else {
+            store_numbers(results, 4, count, quaternion_wxyz + first * quaternion_wxyz_stride, quaternion_wxyz_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_quaternion_xyzw_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * c6;
+        const double t1 = s5 * c6;
+        const double t2 = s4 * s6;
+        const double t3 = c4 * s6;
+        const double t4 = c4 * t0;
+        const double t5 = t4 - t2;
+        const double t6 = s4 * t0;
+        const double t7 = t6 + t3;
+        const double t8 = c4 * s5;
+        const double t9 = s4 * s5;
+        const double t10 = c23 * t5;
+        const double t11 = s23 * t5;
+        const double t12 = s23 * t1;
+        const double t13 = t12 - t10;
+        const double t14 = c23 * t1;
+        const double t15 = t11 + t14;
+        const double t16 = s23 * c5;
+        const double t17 = c23 * c5;
+        const double t18 = c23 * t8;
+        const double t19 = t16 + t18;
+        const double t20 = s23 * t8;
+        const double t21 = t20 - t17;
+        const double t22 = c1 * t13;
+        const double t23 = s1 * t13;
+        const double t24 = s1 * t7;
+        const double t25 = t24 - t22;
+        const double t26 = c1 * t7;
+        const double t27 = t23 + t26;
+        const double t28 = s1 * t9;
+        const double t29 = s1 * t19;
+        const double t30 = c1 * t19;
+        const double t31 = t28 + t30;
+        const double t32 = c1 * t9;
+        const double t33 = t32 - t29;
+        const double t34 = t15 * t33;
+        const double t35 = t21 * t27;
+        const double t36 = t34 - t35;
+        const double t37 = t15 * t31;
+        const double t38 = t21 * t25;
+        const double t39 = t38 - t37;
+        const double t40 = t27 * t31;
+        const double t41 = t25 * t33;
+        const double t42 = t41 - t40;
+        const double t43 = t25 - t39;
+        const double t44 = t25 + t39;
+        const double t45 = puma560_select_lt(t21, 0.0, t43, t44);
+        const double t46 = -t21;
+        const double t47 = puma560_select_lt(t21, 0.0, t46, t21);
+        const double t48 = -t45;
+        const double t49 = puma560_select_lt(t45, 0.0, t48, t45);
+        const double t50 = t47 + t49;
+        const double t51 = 1.0 + t50;
+        const double t52 = t33 + t42;
+        const double t53 = t33 - t42;
+        const double t54 = t31 - t15;
+        const double t55 = t15 + t31;
+        const double t56 = t36 - t27;
+        const double t57 = t27 + t36;
+        const double t58 = -t57;
+        const double t59 = puma560_select_lt(t45, 0.0, t54, t52);
+        const double t60 = -t59;
+        const double t61 = puma560_select_lt(t45, 0.0, t55, t52);
+        const double t62 = -t61;
+        const double t63 = -t54;
+        const double t64 = puma560_select_lt(t45, 0.0, t53, t63);
+        const double t65 = -t55;
+        const double t66 = puma560_select_lt(t45, 0.0, t53, t65);
+        const double t67 = puma560_select_lt(t45, 0.0, t56, t51);
+        const double t68 = puma560_select_lt(t21, 0.0, t60, t67);
+        const double t69 = puma560_select_lt(t45, 0.0, t51, t56);
+        const double t70 = puma560_select_lt(t21, 0.0, t66, t69);
+        const double t71 = puma560_select_lt(t45, 0.0, t58, t51);
+        const double t72 = puma560_select_lt(t21, 0.0, t71, t62);
+        const double t73 = puma560_select_lt(t45, 0.0, t51, t58);
+        const double t74 = puma560_select_lt(t21, 0.0, t73, t64);
+        const double t75 = puma560_sqrt(t51);
+        const double t76 = 1.0 / t75;
+        const double t77 = t76 * 0.5;
+        const double t78 = -t77;
+        const double t79 = puma560_select_lt(t74, 0.0, t78, t77);
+        const double t80 = puma560_select_lt(0.0, t72, t77, t79);
+        const double t81 = puma560_select_lt(t72, 0.0, t78, t80);
+        const double t82 = puma560_select_lt(0.0, t68, t77, t81);
+        const double t83 = puma560_select_lt(t68, 0.0, t78, t82);
+        const double t84 = t68 * t83;
+        t[3 * t_row + i] = t84;
+        const double t85 = t72 * t83;
+        t[0 * t_row + i] = t85;
+        const double t86 = t74 * t83;
+        t[1 * t_row + i] = t86;
+        const double t87 = t70 * t83;
+        t[2 * t_row + i] = t87;
+    }
+}
+
+void puma560_quaternion_xyzw_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *quaternion_xyzw, ptrdiff_t quaternion_xyzw_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[4][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (quaternion_xyzw_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = quaternion_xyzw + begin;
+            puma560_quaternion_xyzw_tile(q + begin, 1, q_joint, to, quaternion_xyzw_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_quaternion_xyzw_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 4, count, quaternion_xyzw + first, quaternion_xyzw_stride);
+        } else {
+            store_numbers(results, 4, count, quaternion_xyzw + first * quaternion_xyzw_stride, quaternion_xyzw_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_rpy_zyx_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * s6;
+        const double t1 = s5 * s6;
+        const double t2 = s4 * c6;
+        const double t3 = c4 * c6;
+        const double t4 = c4 * t0;
+        const double t5 = t2 + t4;
+        const double t6 = s4 * t0;
+        const double t7 = t6 - t3;
+        const double t8 = c4 * s5;
+        const double t9 = s4 * s5;
+        const double t10 = c23 * t5;
+        const double t11 = s23 * t5;
+        const double t12 = s23 * t1;
+        const double t13 = t12 - t10;
+        const double t14 = c23 * t1;
+        const double t15 = t11 + t14;
+        const double t16 = t15 * t15;
+        const double t17 = s23 * c5;
+        const double t18 = c23 * c5;
+        const double t19 = c23 * t8;
+        const double t20 = t17 + t19;
+        const double t21 = s23 * t8;
+        const double t22 = t21 - t18;
+        const double t23 = t22 * t22;
+        const double t24 = t16 + t23;
+        const double t25 = c1 * t13;
+        const double t26 = s1 * t13;
+        const double t27 = s1 * t7;
+        const double t28 = t27 - t25;
+        const double t29 = c1 * t7;
+        const double t30 = t26 + t29;
+        const double t31 = s1 * t9;
+        const double t32 = s1 * t20;
+        const double t33 = c1 * t20;
+        const double t34 = t31 + t33;
+        const double t35 = c1 * t9;
+        const double t36 = t35 - t32;
+        const double t37 = t30 * t34;
+        const double t38 = t28 * t36;
+        const double t39 = t38 - t37;
+        const double t40 = puma560_sqrt(t24);
+        const double t41 = puma560_select_lt(0.0, t40, t40, 1.0);
+        const double t42 = 1.0 / t41;
+        const double t43 = t15 * t42;
+        const double t44 = t22 * t42;
+        const double t45 = puma560_select_lt(0.0, t40, t44, 1.0);
+        const double t46 = t34 * t43;
+        const double t47 = t36 * t43;
+        const double t48 = t28 * t45;
+        const double t49 = t48 - t46;
+        const double t50 = t30 * t45;
+        const double t51 = t50 - t47;
+        const double t52 = puma560_atan2(t43, t45);
+        t[0 * t_row + i] = t52;
+        const double t53 = puma560_atan2(t39, t40);
+        t[1 * t_row + i] = t53;
+        const double t54 = puma560_atan2(t49, t51);
+        t[2 * t_row + i] = t54;
+    }
+}
+
+void puma560_rpy_zyx_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *rpy_zyx, ptrdiff_t rpy_zyx_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (rpy_zyx_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = rpy_zyx + begin;
+            puma560_rpy_zyx_tile(q + begin, 1, q_joint, to, rpy_zyx_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_rpy_zyx_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, rpy_zyx + first, rpy_zyx_stride);
+        } else {
+            store_numbers(results, 3, count, rpy_zyx + first * rpy_zyx_stride, rpy_zyx_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_rpy_xyz_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * c6;
+        const double t1 = c5 * s6;
+        const double t2 = s5 * c6;
+        const double t3 = s5 * s6;
+        const double t4 = s4 * s6;
+        const double t5 = c4 * s6;
+        const double t6 = c4 * t0;
+        const double t7 = t6 - t4;
+        const double t8 = s4 * t0;
+        const double t9 = t8 + t5;
+        const double t10 = s4 * c6;
+        const double t11 = c4 * c6;
+        const double t12 = c4 * t1;
+        const double t13 = t10 + t12;
+        const double t14 = s4 * t1;
+        const double t15 = t14 - t11;
+        const double t16 = c23 * t7;
+        const double t17 = s23 * t7;
+        const double t18 = s23 * t2;
+        const double t19 = t18 - t16;
+        const double t20 = c23 * t2;
+        const double t21 = t17 + t20;
+        const double t22 = c23 * t13;
+        const double t23 = s23 * t13;
+        const double t24 = s23 * t3;
+        const double t25 = t24 - t22;
+        const double t26 = c23 * t3;
+        const double t27 = t23 + t26;
+        const double t28 = c1 * t19;
+        const double t29 = s1 * t19;
+        const double t30 = s1 * t9;
+        const double t31 = t30 - t28;
+        const double t32 = c1 * t9;
+        const double t33 = t29 + t32;
+        const double t34 = t27 * t33;
+        const double t35 = t31 * t31;
+        const double t36 = s1 * t15;
+        const double t37 = s1 * t25;
+        const double t38 = c1 * t25;
+        const double t39 = t36 - t38;
+        const double t40 = c1 * t15;
+        const double t41 = t37 + t40;
+        const double t42 = t21 * t41;
+        const double t43 = t42 - t34;
+        const double t44 = t39 * t39;
+        const double t45 = t35 + t44;
+        const double t46 = puma560_sqrt(t45);
+        const double t47 = puma560_select_lt(0.0, t46, t46, 1.0);
+        const double t48 = 1.0 / t47;
+        const double t49 = t39 * t48;
+        const double t50 = t31 * t48;
+        const double t51 = puma560_select_lt(0.0, t46, t50, 1.0);
+        const double t52 = t21 * t49;
+        const double t53 = t33 * t49;
+        const double t54 = t27 * t51;
+        const double t55 = t54 - t52;
+        const double t56 = t41 * t51;
+        const double t57 = t56 - t53;
+        const double t58 = puma560_atan2(t55, t57);
+        t[0 * t_row + i] = t58;
+        const double t59 = puma560_atan2(t43, t46);
+        t[1 * t_row + i] = t59;
+        const double t60 = puma560_atan2(t49, t51);
+        t[2 * t_row + i] = t60;
+    }
+}
+
+void puma560_rpy_xyz_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *rpy_xyz, ptrdiff_t rpy_xyz_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (rpy_xyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = rpy_xyz + begin;
+            puma560_rpy_xyz_tile(q + begin, 1, q_joint, to, rpy_xyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_rpy_xyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, rpy_xyz + first, rpy_xyz_stride);
+        } else {
+            store_numbers(results, 3, count, rpy_xyz + first * rpy_xyz_stride, rpy_xyz_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_euler_zyz_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * c6;
+        const double t1 = c5 * s6;
+        const double t2 = s5 * c6;
+        const double t3 = s5 * s6;
+        const double t4 = s4 * s6;
+        const double t5 = c4 * s6;
+        const double t6 = c4 * t0;
+        const double t7 = t6 - t4;
+        const double t8 = s4 * t0;
+        const double t9 = t8 + t5;
+        const double t10 = s4 * c6;
+        const double t11 = c4 * c6;
+        const double t12 = c4 * t1;
+        const double t13 = t10 + t12;
+        const double t14 = s4 * t1;
+        const double t15 = t14 - t11;
+        const double t16 = c23 * t7;
+        const double t17 = s23 * t7;
+        const double t18 = s23 * t2;
+        const double t19 = t18 - t16;
+        const double t20 = c23 * t2;
+        const double t21 = t17 + t20;
+        const double t22 = t21 * t21;
+        const double t23 = c23 * t13;
+        const double t24 = s23 * t13;
+        const double t25 = s23 * t3;
+        const double t26 = t25 - t23;
+        const double t27 = c23 * t3;
+        const double t28 = t24 + t27;
+        const double t29 = t28 * t28;
+        const double t30 = t22 + t29;
+        const double t31 = c1 * t19;
+        const double t32 = s1 * t19;
+        const double t33 = s1 * t9;
+        const double t34 = t31 - t33;
+        const double t35 = c1 * t9;
+        const double t36 = t32 + t35;
+        const double t37 = s1 * t15;
+        const double t38 = s1 * t26;
+        const double t39 = c1 * t26;
+        const double t40 = t39 - t37;
+        const double t41 = c1 * t15;
+        const double t42 = t38 + t41;
+        const double t43 = t34 * t42;
+        const double t44 = t36 * t40;
+        const double t45 = t44 - t43;
+        const double t46 = puma560_sqrt(t30);
+        const double t47 = puma560_select_lt(0.0, t46, t46, 1.0);
+        const double t48 = 1.0 / t47;
+        const double t49 = t28 * t48;
+        const double t50 = t21 * t48;
+        const double t51 = puma560_select_lt(0.0, t46, t50, 1.0);
+        const double t52 = t34 * t49;
+        const double t53 = t36 * t49;
+        const double t54 = t40 * t51;
+        const double t55 = t52 - t54;
+        const double t56 = t42 * t51;
+        const double t57 = t56 - t53;
+        const double t58 = puma560_atan2(t55, t57);
+        t[0 * t_row + i] = t58;
+        const double t59 = puma560_atan2(t46, t45);
+        t[1 * t_row + i] = t59;
+        const double t60 = puma560_atan2(t49, t51);
+        t[2 * t_row + i] = t60;
+    }
+}
+
+void puma560_euler_zyz_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *euler_zyz, ptrdiff_t euler_zyz_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (euler_zyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = euler_zyz + begin;
+            puma560_euler_zyz_tile(q + begin, 1, q_joint, to, euler_zyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_euler_zyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, euler_zyz + first, euler_zyz_stride);
+        } else {
+            store_numbers(results, 3, count, euler_zyz + first * euler_zyz_stride, euler_zyz_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_axis_angle_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c5 * c6;
+        const double t1 = s5 * c6;
+        const double t2 = s4 * s6;
+        const double t3 = c4 * s6;
+        const double t4 = c4 * t0;
+        const double t5 = t4 - t2;
+        const double t6 = s4 * t0;
+        const double t7 = t6 + t3;
+        const double t8 = c4 * s5;
+        const double t9 = s4 * s5;
+        const double t10 = c23 * t5;
+        const double t11 = s23 * t5;
+        const double t12 = s23 * t1;
+        const double t13 = t12 - t10;
+        const double t14 = c23 * t1;
+        const double t15 = t11 + t14;
+        const double t16 = s23 * c5;
+        const double t17 = c23 * c5;
+        const double t18 = c23 * t8;
+        const double t19 = t16 + t18;
+        const double t20 = s23 * t8;
+        const double t21 = t20 - t17;
+        const double t22 = c1 * t13;
+        const double t23 = s1 * t13;
+        const double t24 = s1 * t7;
+        const double t25 = t24 - t22;
+        const double t26 = c1 * t7;
+        const double t27 = t23 + t26;
+        const double t28 = s1 * t9;
+        const double t29 = s1 * t19;
+        const double t30 = c1 * t19;
+        const double t31 = t28 + t30;
+        const double t32 = c1 * t9;
+        const double t33 = t32 - t29;
+        const double t34 = t15 * t33;
+        const double t35 = t21 * t27;
+        const double t36 = t34 - t35;
+        const double t37 = t15 * t31;
+        const double t38 = t21 * t25;
+        const double t39 = t38 - t37;
+        const double t40 = t27 * t31;
+        const double t41 = t25 * t33;
+        const double t42 = t41 - t40;
+        const double t43 = t25 - t39;
+        const double t44 = t25 + t39;
+        const double t45 = puma560_select_lt(t21, 0.0, t43, t44);
+        const double t46 = -t21;
+        const double t47 = puma560_select_lt(t21, 0.0, t46, t21);
+        const double t48 = -t45;
+        const double t49 = puma560_select_lt(t45, 0.0, t48, t45);
+        const double t50 = t47 + t49;
+        const double t51 = 1.0 + t50;
+        const double t52 = t33 + t42;
+        const double t53 = t33 - t42;
+        const double t54 = t31 - t15;
+        const double t55 = t15 + t31;
+        const double t56 = t36 - t27;
+        const double t57 = t27 + t36;
+        const double t58 = -t57;
+        const double t59 = puma560_select_lt(t45, 0.0, t54, t52);
+        const double t60 = -t59;
+        const double t61 = puma560_select_lt(t45, 0.0, t55, t52);
+        const double t62 = -t61;
+        const double t63 = -t54;
+        const double t64 = puma560_select_lt(t45, 0.0, t53, t63);
+        const double t65 = -t55;
+        const double t66 = puma560_select_lt(t45, 0.0, t53, t65);
+        const double t67 = puma560_select_lt(t45, 0.0, t56, t51);
+        const double t68 = puma560_select_lt(t21, 0.0, t60, t67);
+        const double t69 = puma560_select_lt(t45, 0.0, t51, t56);
+        const double t70 = puma560_select_lt(t21, 0.0, t66, t69);
+        const double t71 = puma560_select_lt(t45, 0.0, t58, t51);
+        const double t72 = puma560_select_lt(t21, 0.0, t71, t62);
+        const double t73 = puma560_select_lt(t45, 0.0, t51, t58);
+        const double t74 = puma560_select_lt(t21, 0.0, t73, t64);
+        const double t75 = puma560_sqrt(t51);
+        const double t76 = 1.0 / t75;
+        const double t77 = t76 * 0.5;
+        const double t78 = -t77;
+        const double t79 = puma560_select_lt(t74, 0.0, t78, t77);
+        const double t80 = puma560_select_lt(0.0, t72, t77, t79);
+        const double t81 = puma560_select_lt(t72, 0.0, t78, t80);
+        const double t82 = puma560_select_lt(0.0, t68, t77, t81);
+        const double t83 = puma560_select_lt(t68, 0.0, t78, t82);
+        const double t84 = t68 * t83;
+        const double t85 = t72 * t83;
+        const double t86 = t74 * t83;
+        const double t87 = t70 * t83;
+        const double t88 = t85 * t85;
+        const double t89 = t86 * t86;
+        const double t90 = t88 + t89;
+        const double t91 = t87 * t87;
+        const double t92 = t91 + t90;
+        const double t93 = puma560_sqrt(t92);
+        const double t94 = puma560_select_lt(0.0, t93, t93, 1.0);
+        const double t95 = 1.0 / t94;
+        const double t96 = puma560_atan2(t93, t84);
+        const double t97 = t96 * t95;
+        const double t98 = 2.0 * t97;
+        const double t99 = puma560_select_lt(0.0, t93, t98, 2.0);
+        const double t100 = t85 * t99;
+        t[0 * t_row + i] = t100;
+        const double t101 = t86 * t99;
+        t[1 * t_row + i] = t101;
+        const double t102 = t87 * t99;
+        t[2 * t_row + i] = t102;
+    }
+}
+
+void puma560_axis_angle_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *axis_angle, ptrdiff_t axis_angle_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (axis_angle_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = axis_angle + begin;
+            puma560_axis_angle_tile(q + begin, 1, q_joint, to, axis_angle_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_axis_angle_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, axis_angle + first, axis_angle_stride);
+        } else {
+            store_numbers(results, 3, count, axis_angle + first * axis_angle_stride, axis_angle_stride);
+        }
+    }
+}
+
+static inline void puma560_quaternion_wxyz_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = t19 * t37;
+        const double t39 = t25 * t31;
+        const double t40 = t38 - t39;
+        const double t41 = t19 * t35;
+        const double t42 = t25 * t29;
+        const double t43 = t42 - t41;
+        const double t44 = t31 * t35;
+        const double t45 = t29 * t37;
+        const double t46 = t45 - t44;
+        const double t47 = s1 * c4;
+        const double t48 = s1 * t13;
+        const double t49 = c1 * t13;
+        const double t50 = t49 - t47;
+        const double t51 = c1 * c4;
+        const double t52 = t48 + t51;
+        const double t53 = t29 - t43;
+        const double t54 = t29 + t43;
+        const double t55 = puma560_select_lt(t25, 0.0, t53, t54);
+        const double t56 = -t25;
+        const double t57 = puma560_select_lt(t25, 0.0, t56, t25);
+        const double t58 = -t55;
+        const double t59 = puma560_select_lt(t55, 0.0, t58, t55);
+        const double t60 = t57 + t59;
+        const double t61 = 1.0 + t60;
+        const double t62 = t37 + t46;
+        const double t63 = t37 - t46;
+        const double t64 = t35 - t19;
+        const double t65 = t19 + t35;
+        const double t66 = t40 - t31;
+        const double t67 = t31 + t40;
+        const double t68 = -t67;
+        const double t69 = puma560_select_lt(t55, 0.0, t64, t62);
+        const double t70 = -t69;
+        const double t71 = puma560_select_lt(t55, 0.0, t65, t62);
+        const double t72 = -t71;
+        const double t73 = -t64;
+        const double t74 = puma560_select_lt(t55, 0.0, t63, t73);
+        const double t75 = -t65;
+        const double t76 = puma560_select_lt(t55, 0.0, t63, t75);
+        const double t77 = puma560_select_lt(t55, 0.0, t66, t61);
+        const double t78 = puma560_select_lt(t25, 0.0, t70, t77);
+        const double t79 = puma560_select_lt(t55, 0.0, t61, t66);
+        const double t80 = puma560_select_lt(t25, 0.0, t76, t79);
+        const double t81 = puma560_select_lt(t55, 0.0, t68, t61);
+        const double t82 = puma560_select_lt(t25, 0.0, t81, t72);
+        const double t83 = puma560_select_lt(t55, 0.0, t61, t68);
+        const double t84 = puma560_select_lt(t25, 0.0, t83, t74);
+        const double t85 = puma560_sqrt(t61);
+        const double t86 = 1.0 / t85;
+        const double t87 = t86 * 0.5;
+        const double t88 = -t87;
+        const double t89 = puma560_select_lt(t84, 0.0, t88, t87);
+        const double t90 = puma560_select_lt(0.0, t82, t87, t89);
+        const double t91 = puma560_select_lt(t82, 0.0, t88, t90);
+        const double t92 = puma560_select_lt(0.0, t78, t87, t91);
+        const double t93 = puma560_select_lt(t78, 0.0, t88, t92);
+        const double t94 = t78 * t93;
+        const double t95 = t82 * t93;
+        const double t96 = t84 * t93;
+        const double t97 = t80 * t93;
+        const double t98 = 0.5 * t94;
+        t[18][i] = t98;
+        const double t99 = 0.5 * t95;
+        t[12][i] = t99;
+        const double t100 = 0.5 * t96;
+        const double t101 = 0.5 * t97;
+        const double t102 = -t101;
+        t[0][i] = t102;
+        const double t103 = -t100;
+        t[6][i] = t103;
+        const double t104 = c1 * t100;
+        const double t105 = s1 * t99;
+        const double t106 = t105 - t104;
+        t[1][i] = t106;
+        t[2][i] = t106;
+        const double t107 = c23 * t101;
+        const double t108 = t0 * t99;
+        const double t109 = t107 + t108;
+        const double t110 = t1 * t100;
+        const double t111 = t110 + t109;
+        t[3][i] = t111;
+        const double t112 = t50 * t99;
+        const double t113 = t52 * t100;
+        const double t114 = t2 * t101;
+        const double t115 = t114 - t112;
+        const double t116 = t115 - t113;
+        t[4][i] = t116;
+        const double t117 = t25 * t101;
+        const double t118 = t37 * t100;
+        const double t119 = t35 * t99;
+        const double t120 = t119 - t117;
+        const double t121 = t120 - t118;
+        t[5][i] = t121;
+        const double t122 = s1 * t98;
+        const double t123 = c1 * t101;
+        const double t124 = t123 - t122;
+        t[7][i] = t124;
+        t[8][i] = t124;
+        const double t125 = t0 * t98;
+        const double t126 = t1 * t101;
+        const double t127 = c23 * t100;
+        const double t128 = t127 - t125;
+        const double t129 = t128 - t126;
+        t[9][i] = t129;
+        const double t130 = t2 * t100;
+        const double t131 = t50 * t98;
+        const double t132 = t130 + t131;
+        const double t133 = t52 * t101;
+        const double t134 = t133 + t132;
+        t[10][i] = t134;
+        const double t135 = t25 * t100;
+        const double t136 = t35 * t98;
+        const double t137 = t37 * t101;
+        const double t138 = t137 - t135;
+        const double t139 = t138 - t136;
+        t[11][i] = t139;
+        const double t140 = s1 * t101;
+        const double t141 = s1 * t100;
+        const double t142 = c1 * t98;
+        const double t143 = t140 + t142;
+        t[13][i] = t143;
+        t[14][i] = t143;
+        const double t144 = c1 * t99;
+        const double t145 = t141 + t144;
+        const double t146 = -t145;
+        t[19][i] = t146;
+        t[20][i] = t146;
+        const double t147 = c23 * t99;
+        const double t148 = c23 * t98;
+        const double t149 = t1 * t98;
+        const double t150 = t1 * t99;
+        const double t151 = t150 - t148;
+        const double t152 = t0 * t101;
+        const double t153 = t152 - t147;
+        const double t154 = t153 - t149;
+        t[15][i] = t154;
+        const double t155 = t0 * t100;
+        const double t156 = t151 - t155;
+        t[21][i] = t156;
+        const double t157 = t2 * t99;
+        const double t158 = t2 * t98;
+        const double t159 = t50 * t101;
+        const double t160 = t35 * t101;
+        const double t161 = t50 * t100;
+        const double t162 = t161 - t158;
+        const double t163 = t35 * t100;
+        const double t164 = t52 * t98;
+        const double t165 = t164 - t157;
+        const double t166 = t165 - t159;
+        t[16][i] = t166;
+        const double t167 = t52 * t99;
+        const double t168 = t162 - t167;
+        t[22][i] = t168;
+        const double t169 = t25 * t99;
+        const double t170 = t169 + t160;
+        const double t171 = t37 * t99;
+        const double t172 = t37 * t98;
+        const double t173 = t172 + t170;
+        t[17][i] = t173;
+        const double t174 = t25 * t98;
+        const double t175 = t174 - t163;
+        const double t176 = t175 - t171;
+        t[23][i] = t176;
+    }
+}
+
+void puma560_quaternion_wxyz_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[24][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_quaternion_wxyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 24, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 24, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_quaternion_xyzw_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = t19 * t37;
+        const double t39 = t25 * t31;
+        const double t40 = t38 - t39;
+        const double t41 = t19 * t35;
+        const double t42 = t25 * t29;
+        const double t43 = t42 - t41;
+        const double t44 = t31 * t35;
+        const double t45 = t29 * t37;
+        const double t46 = t45 - t44;
+        const double t47 = s1 * c4;
+        const double t48 = s1 * t13;
+        const double t49 = c1 * t13;
+        const double t50 = t49 - t47;
+        const double t51 = c1 * c4;
+        const double t52 = t48 + t51;
+        const double t53 = t29 - t43;
+        const double t54 = t29 + t43;
+        const double t55 = puma560_select_lt(t25, 0.0, t53, t54);
+        const double t56 = -t25;
+        const double t57 = puma560_select_lt(t25, 0.0, t56, t25);
+        const double t58 = -t55;
+        const double t59 = puma560_select_lt(t55, 0.0, t58, t55);
+        const double t60 = t57 + t59;
+        const double t61 = 1.0 + t60;
+        const double t62 = t37 + t46;
+        const double t63 = t37 - t46;
+        const double t64 = t35 - t19;
+        const double t65 = t19 + t35;
+        const double t66 = t40 - t31;
+        const double t67 = t31 + t40;
+        const double t68 = -t67;
+        const double t69 = puma560_select_lt(t55, 0.0, t64, t62);
+        const double t70 = -t69;
+        const double t71 = puma560_select_lt(t55, 0.0, t65, t62);
+        const double t72 = -t71;
+        const double t73 = -t64;
+        const double t74 = puma560_select_lt(t55, 0.0, t63, t73);
+        const double t75 = -t65;
+        const double t76 = puma560_select_lt(t55, 0.0, t63, t75);
+        const double t77 = puma560_select_lt(t55, 0.0, t66, t61);
+        const double t78 = puma560_select_lt(t25, 0.0, t70, t77);
+        const double t79 = puma560_select_lt(t55, 0.0, t61, t66);
+        const double t80 = puma560_select_lt(t25, 0.0, t76, t79);
+        const double t81 = puma560_select_lt(t55, 0.0, t68, t61);
+        const double t82 = puma560_select_lt(t25, 0.0, t81, t72);
+        const double t83 = puma560_select_lt(t55, 0.0, t61, t68);
+        const double t84 = puma560_select_lt(t25, 0.0, t83, t74);
+        const double t85 = puma560_sqrt(t61);
+        const double t86 = 1.0 / t85;
+        const double t87 = t86 * 0.5;
+        const double t88 = -t87;
+        const double t89 = puma560_select_lt(t84, 0.0, t88, t87);
+        const double t90 = puma560_select_lt(0.0, t82, t87, t89);
+        const double t91 = puma560_select_lt(t82, 0.0, t88, t90);
+        const double t92 = puma560_select_lt(0.0, t78, t87, t91);
+        const double t93 = puma560_select_lt(t78, 0.0, t88, t92);
+        const double t94 = t78 * t93;
+        const double t95 = t82 * t93;
+        const double t96 = t84 * t93;
+        const double t97 = t80 * t93;
+        const double t98 = 0.5 * t94;
+        t[12][i] = t98;
+        const double t99 = 0.5 * t95;
+        t[6][i] = t99;
+        const double t100 = 0.5 * t96;
+        const double t101 = 0.5 * t97;
+        const double t102 = -t100;
+        t[0][i] = t102;
+        const double t103 = -t101;
+        t[18][i] = t103;
+        const double t104 = s1 * t98;
+        const double t105 = c1 * t101;
+        const double t106 = t105 - t104;
+        t[1][i] = t106;
+        t[2][i] = t106;
+        const double t107 = t0 * t98;
+        const double t108 = t1 * t101;
+        const double t109 = c23 * t100;
+        const double t110 = t109 - t107;
+        const double t111 = t110 - t108;
+        t[3][i] = t111;
+        const double t112 = t2 * t100;
+        const double t113 = t50 * t98;
+        const double t114 = t112 + t113;
+        const double t115 = t52 * t101;
+        const double t116 = t115 + t114;
+        t[4][i] = t116;
+        const double t117 = t25 * t100;
+        const double t118 = t35 * t98;
+        const double t119 = t37 * t101;
+        const double t120 = t119 - t117;
+        const double t121 = t120 - t118;
+        t[5][i] = t121;
+        const double t122 = s1 * t101;
+        const double t123 = c1 * t98;
+        const double t124 = t122 + t123;
+        t[7][i] = t124;
+        t[8][i] = t124;
+        const double t125 = c23 * t99;
+        const double t126 = t1 * t98;
+        const double t127 = t0 * t101;
+        const double t128 = t127 - t125;
+        const double t129 = t128 - t126;
+        t[9][i] = t129;
+        const double t130 = t2 * t99;
+        const double t131 = t50 * t101;
+        const double t132 = t52 * t98;
+        const double t133 = t132 - t130;
+        const double t134 = t133 - t131;
+        t[10][i] = t134;
+        const double t135 = t25 * t99;
+        const double t136 = t35 * t101;
+        const double t137 = t135 + t136;
+        const double t138 = t37 * t98;
+        const double t139 = t138 + t137;
+        t[11][i] = t139;
+        const double t140 = s1 * t100;
+        const double t141 = s1 * t99;
+        const double t142 = c1 * t99;
+        const double t143 = t140 + t142;
+        const double t144 = -t143;
+        t[13][i] = t144;
+        t[14][i] = t144;
+        const double t145 = c1 * t100;
+        const double t146 = t141 - t145;
+        t[19][i] = t146;
+        t[20][i] = t146;
+        const double t147 = c23 * t98;
+        const double t148 = c23 * t101;
+        const double t149 = t0 * t100;
+        const double t150 = t0 * t99;
+        const double t151 = t148 + t150;
+        const double t152 = t1 * t99;
+        const double t153 = t152 - t147;
+        const double t154 = t153 - t149;
+        t[15][i] = t154;
+        const double t155 = t1 * t100;
+        const double t156 = t155 + t151;
+        t[21][i] = t156;
+        const double t157 = t2 * t98;
+        const double t158 = t25 * t98;
+        const double t159 = t2 * t101;
+        const double t160 = t25 * t101;
+        const double t161 = t52 * t99;
+        const double t162 = t52 * t100;
+        const double t163 = t50 * t100;
+        const double t164 = t163 - t157;
+        const double t165 = t164 - t161;
+        t[16][i] = t165;
+        const double t166 = t50 * t99;
+        const double t167 = t159 - t166;
+        const double t168 = t167 - t162;
+        t[22][i] = t168;
+        const double t169 = t35 * t100;
+        const double t170 = t158 - t169;
+        const double t171 = t37 * t100;
+        const double t172 = t37 * t99;
+        const double t173 = t170 - t172;
+        t[17][i] = t173;
+        const double t174 = t35 * t99;
+        const double t175 = t174 - t160;
+        const double t176 = t175 - t171;
+        t[23][i] = t176;
+    }
+}
+
+void puma560_quaternion_xyzw_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[24][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_quaternion_xyzw_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 24, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 24, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_rpy_zyx_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = t19 * t37;
+        const double t39 = t19 * t35;
+        const double t40 = t31 * t35;
+        const double t41 = t25 * t31;
+        const double t42 = t41 - t38;
+        const double t43 = t29 * t37;
+        const double t44 = t43 - t40;
+        const double t45 = t25 * t29;
+        const double t46 = t45 - t39;
+        const double t47 = t25 * t25;
+        const double t48 = t44 * t44;
+        const double t49 = t47 + t48;
+        const double t50 = s1 * c4;
+        const double t51 = s1 * t13;
+        const double t52 = c1 * t13;
+        const double t53 = t52 - t50;
+        const double t54 = c1 * c4;
+        const double t55 = t51 + t54;
+        const double t56 = puma560_sqrt(t49);
+        const double t57 = puma560_select_lt(0.0, t56, t56, 1.0);
+        const double t58 = 1.0 / t57;
+        const double t59 = t44 * t58;
+        const double t60 = t25 * t58;
+        const double t61 = puma560_select_lt(0.0, t56, t60, 1.0);
+        const double t62 = puma560_select_lt(0.0, t56, t58, 0.0);
+        const double t63 = t42 * t61;
+        const double t64 = t46 * t61;
+        const double t65 = t19 * t62;
+        const double t66 = t35 * t59;
+        const double t67 = t66 - t63;
+        const double t68 = t37 * t59;
+        const double t69 = t68 + t64;
+        const double t70 = s1 * t69;
+        const double t71 = s1 * t67;
+        const double t72 = c1 * t67;
+        const double t73 = t72 - t70;
+        const double t74 = t62 * t73;
+        t[1 * t_row + i] = t74;
+        t[2 * t_row + i] = t74;
+        const double t75 = t73 * t65;
+        t[13 * t_row + i] = t75;
+        t[14 * t_row + i] = t75;
+        const double t76 = c1 * t69;
+        const double t77 = t71 + t76;
+        t[7 * t_row + i] = t77;
+        t[8 * t_row + i] = t77;
+        const double t78 = t0 * t69;
+        const double t79 = t0 * t67;
+        const double t80 = t1 * t67;
+        const double t81 = t78 + t80;
+        const double t82 = t1 * t69;
+        const double t83 = t79 - t82;
+        t[9 * t_row + i] = t83;
+        const double t84 = t62 * t81;
+        const double t85 = -t84;
+        t[3 * t_row + i] = t85;
+        const double t86 = t81 * t65;
+        const double t87 = c23 + t86;
+        const double t88 = -t87;
+        t[15 * t_row + i] = t88;
+        const double t89 = t53 * t69;
+        const double t90 = t53 * t67;
+        const double t91 = t55 * t67;
+        const double t92 = t89 + t91;
+        const double t93 = t62 * t92;
+        t[4 * t_row + i] = t93;
+        const double t94 = t55 * t69;
+        const double t95 = t94 - t90;
+        t[10 * t_row + i] = t95;
+        const double t96 = t92 * t65;
+        const double t97 = t96 - t2;
+        t[16 * t_row + i] = t97;
+        const double t98 = t35 * t69;
+        const double t99 = t35 * t67;
+        const double t100 = t37 * t67;
+        const double t101 = t100 - t98;
+        const double t102 = t62 * t101;
+        t[5 * t_row + i] = t102;
+        const double t103 = t37 * t69;
+        const double t104 = t99 + t103;
+        t[11 * t_row + i] = t104;
+        const double t105 = t101 * t65;
+        const double t106 = t25 + t105;
+        t[17 * t_row + i] = t106;
+    }
+}
+
+void puma560_rpy_zyx_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[18][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = jacobian + begin;
+            puma560_rpy_zyx_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[0 * jacobian_stride + i] = 0.0;
+                to[6 * jacobian_stride + i] = 0.0;
+                to[12 * jacobian_stride + i] = 1.0;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[0][i] = 0.0;
+        t[6][i] = 0.0;
+        t[12][i] = 1.0;
+    }
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_rpy_zyx_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_rpy_xyz_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = c1 * t35;
+        const double t39 = t19 * t37;
+        const double t40 = t19 * t35;
+        const double t41 = t31 * t35;
+        const double t42 = t25 * t31;
+        const double t43 = t42 - t39;
+        const double t44 = t25 * t29;
+        const double t45 = t44 - t40;
+        const double t46 = t29 * t37;
+        const double t47 = t46 - t41;
+        const double t48 = t29 * t29;
+        const double t49 = t43 * t43;
+        const double t50 = t48 + t49;
+        const double t51 = s1 * c4;
+        const double t52 = s1 * t13;
+        const double t53 = c1 * t13;
+        const double t54 = t53 - t51;
+        const double t55 = c1 * c4;
+        const double t56 = t52 + t55;
+        const double t57 = puma560_sqrt(t50);
+        const double t58 = puma560_select_lt(0.0, t57, t57, 1.0);
+        const double t59 = 1.0 / t58;
+        const double t60 = t43 * t59;
+        const double t61 = t29 * t59;
+        const double t62 = puma560_select_lt(0.0, t57, t61, 1.0);
+        const double t63 = puma560_select_lt(0.0, t57, t59, 0.0);
+        const double t64 = t19 * t60;
+        const double t65 = t31 * t60;
+        const double t66 = t47 * t62;
+        const double t67 = t66 - t64;
+        const double t68 = t45 * t62;
+        const double t69 = t65 + t68;
+        const double t70 = t63 * t38;
+        const double t71 = t67 * t70;
+        const double t72 = t71 - s1;
+        t[1 * t_row + i] = t72;
+        t[2 * t_row + i] = t72;
+        const double t73 = c1 * t69;
+        t[7 * t_row + i] = t73;
+        t[8 * t_row + i] = t73;
+        const double t74 = t63 * t69;
+        t[12 * t_row + i] = t74;
+        const double t75 = c1 * t63;
+        const double t76 = t67 * t75;
+        t[13 * t_row + i] = t76;
+        t[14 * t_row + i] = t76;
+        const double t77 = -t67;
+        t[6 * t_row + i] = t77;
+        const double t78 = t35 * t63;
+        const double t79 = t69 * t78;
+        t[0 * t_row + i] = t79;
+        const double t80 = c23 * t69;
+        const double t81 = c23 * t67;
+        const double t82 = t1 * t67;
+        const double t83 = t80 + t82;
+        const double t84 = t1 * t69;
+        const double t85 = t81 - t84;
+        t[9 * t_row + i] = t85;
+        const double t86 = t78 * t83;
+        const double t87 = t0 + t86;
+        const double t88 = -t87;
+        t[3 * t_row + i] = t88;
+        const double t89 = t63 * t83;
+        const double t90 = -t89;
+        t[15 * t_row + i] = t90;
+        const double t91 = t2 * t69;
+        const double t92 = t2 * t67;
+        const double t93 = t56 * t67;
+        const double t94 = t93 - t91;
+        const double t95 = t56 * t69;
+        const double t96 = t92 + t95;
+        t[10 * t_row + i] = t96;
+        const double t97 = t63 * t94;
+        t[16 * t_row + i] = t97;
+        const double t98 = t78 * t94;
+        const double t99 = t54 + t98;
+        t[4 * t_row + i] = t99;
+        const double t100 = t25 * t69;
+        const double t101 = t25 * t67;
+        const double t102 = t37 * t67;
+        const double t103 = t100 + t102;
+        const double t104 = t37 * t69;
+        const double t105 = t104 - t101;
+        t[11 * t_row + i] = t105;
+        const double t106 = t63 * t103;
+        t[17 * t_row + i] = t106;
+        const double t107 = t78 * t103;
+        const double t108 = t107 - t35;
+        t[5 * t_row + i] = t108;
+    }
+}
+
+void puma560_rpy_xyz_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[18][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = jacobian + begin;
+            puma560_rpy_xyz_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_rpy_xyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_euler_zyz_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = t19 * t37;
+        const double t39 = t29 * t37;
+        const double t40 = t25 * t29;
+        const double t41 = t25 * t31;
+        const double t42 = t41 - t38;
+        const double t43 = t31 * t35;
+        const double t44 = t39 - t43;
+        const double t45 = t19 * t35;
+        const double t46 = t40 - t45;
+        const double t47 = t19 * t19;
+        const double t48 = t44 * t44;
+        const double t49 = t47 + t48;
+        const double t50 = s1 * c4;
+        const double t51 = s1 * t13;
+        const double t52 = c1 * t13;
+        const double t53 = t52 - t50;
+        const double t54 = c1 * c4;
+        const double t55 = t51 + t54;
+        const double t56 = puma560_sqrt(t49);
+        const double t57 = puma560_select_lt(0.0, t56, t56, 1.0);
+        const double t58 = 1.0 / t57;
+        const double t59 = t44 * t58;
+        const double t60 = t19 * t58;
+        const double t61 = puma560_select_lt(0.0, t56, t60, 1.0);
+        const double t62 = puma560_select_lt(0.0, t56, t58, 0.0);
+        const double t63 = t42 * t61;
+        const double t64 = t46 * t61;
+        const double t65 = t29 * t59;
+        const double t66 = t65 - t63;
+        const double t67 = t31 * t59;
+        const double t68 = t67 + t64;
+        const double t69 = s1 * t68;
+        const double t70 = s1 * t66;
+        const double t71 = c1 * t66;
+        const double t72 = t71 - t69;
+        const double t73 = c1 * t68;
+        const double t74 = t70 + t73;
+        t[7 * t_row + i] = t74;
+        t[8 * t_row + i] = t74;
+        const double t75 = t62 * t72;
+        t[13 * t_row + i] = t75;
+        t[14 * t_row + i] = t75;
+        const double t76 = t25 * t62;
+        const double t77 = t72 * t76;
+        const double t78 = -t77;
+        t[1 * t_row + i] = t78;
+        t[2 * t_row + i] = t78;
+        const double t79 = t0 * t68;
+        const double t80 = t0 * t66;
+        const double t81 = t1 * t66;
+        const double t82 = t79 + t81;
+        const double t83 = t1 * t68;
+        const double t84 = t80 - t83;
+        t[9 * t_row + i] = t84;
+        const double t85 = t76 * t82;
+        const double t86 = t85 - c23;
+        t[3 * t_row + i] = t86;
+        const double t87 = t62 * t82;
+        const double t88 = -t87;
+        t[15 * t_row + i] = t88;
+        const double t89 = t53 * t68;
+        const double t90 = t53 * t66;
+        const double t91 = t55 * t66;
+        const double t92 = t89 + t91;
+        const double t93 = t55 * t68;
+        const double t94 = t93 - t90;
+        t[10 * t_row + i] = t94;
+        const double t95 = t62 * t92;
+        t[16 * t_row + i] = t95;
+        const double t96 = t76 * t92;
+        const double t97 = t2 + t96;
+        const double t98 = -t97;
+        t[4 * t_row + i] = t98;
+        const double t99 = t35 * t68;
+        const double t100 = t35 * t66;
+        const double t101 = t37 * t66;
+        const double t102 = t101 - t99;
+        const double t103 = t37 * t68;
+        const double t104 = t100 + t103;
+        t[11 * t_row + i] = t104;
+        const double t105 = t62 * t102;
+        t[17 * t_row + i] = t105;
+        const double t106 = t76 * t102;
+        const double t107 = t25 - t106;
+        t[5 * t_row + i] = t107;
+    }
+}
+
+void puma560_euler_zyz_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[18][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = jacobian + begin;
+            puma560_euler_zyz_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[0 * jacobian_stride + i] = 1.0;
+                to[6 * jacobian_stride + i] = 0.0;
+                to[12 * jacobian_stride + i] = 0.0;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[0][i] = 1.0;
+        t[6][i] = 0.0;
+        t[12][i] = 0.0;
+    }
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_euler_zyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_axis_angle_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        double s1;
+        double c1;
+        puma560_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        double s23;
+        double c23;
+        puma560_sincos(q23, &s23, &c23);
+        double s4;
+        double c4;
+        puma560_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        double s5;
+        double c5;
+        puma560_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        puma560_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c1 * s23;
+        const double t1 = s1 * s23;
+        const double t2 = s23 * s4;
+        const double t3 = c5 * c6;
+        const double t4 = s5 * c6;
+        const double t5 = s4 * s6;
+        const double t6 = c4 * s6;
+        const double t7 = c4 * t3;
+        const double t8 = t7 - t5;
+        const double t9 = s4 * t3;
+        const double t10 = t9 + t6;
+        const double t11 = c4 * s5;
+        const double t12 = s4 * s5;
+        const double t13 = c23 * s4;
+        const double t14 = c23 * t8;
+        const double t15 = s23 * t8;
+        const double t16 = s23 * t4;
+        const double t17 = t16 - t14;
+        const double t18 = c23 * t4;
+        const double t19 = t15 + t18;
+        const double t20 = s23 * c5;
+        const double t21 = c23 * c5;
+        const double t22 = c23 * t11;
+        const double t23 = t20 + t22;
+        const double t24 = s23 * t11;
+        const double t25 = t24 - t21;
+        const double t26 = c1 * t17;
+        const double t27 = s1 * t17;
+        const double t28 = s1 * t10;
+        const double t29 = t28 - t26;
+        const double t30 = c1 * t10;
+        const double t31 = t27 + t30;
+        const double t32 = s1 * t12;
+        const double t33 = c1 * t12;
+        const double t34 = c1 * t23;
+        const double t35 = t32 + t34;
+        const double t36 = s1 * t23;
+        const double t37 = t33 - t36;
+        const double t38 = t19 * t37;
+        const double t39 = t25 * t31;
+        const double t40 = t38 - t39;
+        const double t41 = t19 * t35;
+        const double t42 = t25 * t29;
+        const double t43 = t42 - t41;
+        const double t44 = t31 * t35;
+        const double t45 = t29 * t37;
+        const double t46 = t45 - t44;
+        const double t47 = s1 * c4;
+        const double t48 = s1 * t13;
+        const double t49 = c1 * t13;
+        const double t50 = t49 - t47;
+        const double t51 = c1 * c4;
+        const double t52 = t48 + t51;
+        const double t53 = t29 - t43;
+        const double t54 = t29 + t43;
+        const double t55 = puma560_select_lt(t25, 0.0, t53, t54);
+        const double t56 = -t25;
+        const double t57 = puma560_select_lt(t25, 0.0, t56, t25);
+        const double t58 = -t55;
+        const double t59 = puma560_select_lt(t55, 0.0, t58, t55);
+        const double t60 = t57 + t59;
+        const double t61 = 1.0 + t60;
+        const double t62 = t37 + t46;
+        const double t63 = t37 - t46;
+        const double t64 = t35 - t19;
+        const double t65 = t19 + t35;
+        const double t66 = t40 - t31;
+        const double t67 = t31 + t40;
+        const double t68 = -t67;
+        const double t69 = puma560_select_lt(t55, 0.0, t64, t62);
+        const double t70 = -t69;
+        const double t71 = puma560_select_lt(t55, 0.0, t65, t62);
+        const double t72 = -t71;
+        const double t73 = -t64;
+        const double t74 = puma560_select_lt(t55, 0.0, t63, t73);
+        const double t75 = -t65;
+        const double t76 = puma560_select_lt(t55, 0.0, t63, t75);
+        const double t77 = puma560_select_lt(t55, 0.0, t66, t61);
+        const double t78 = puma560_select_lt(t25, 0.0, t70, t77);
+        const double t79 = puma560_select_lt(t55, 0.0, t61, t66);
+        const double t80 = puma560_select_lt(t25, 0.0, t76, t79);
+        const double t81 = puma560_select_lt(t55, 0.0, t68, t61);
+        const double t82 = puma560_select_lt(t25, 0.0, t81, t72);
+        const double t83 = puma560_select_lt(t55, 0.0, t61, t68);
+        const double t84 = puma560_select_lt(t25, 0.0, t83, t74);
+        const double t85 = puma560_sqrt(t61);
+        const double t86 = 1.0 / t85;
+        const double t87 = t86 * 0.5;
+        const double t88 = -t87;
+        const double t89 = puma560_select_lt(t84, 0.0, t88, t87);
+        const double t90 = puma560_select_lt(0.0, t82, t87, t89);
+        const double t91 = puma560_select_lt(t82, 0.0, t88, t90);
+        const double t92 = puma560_select_lt(0.0, t78, t87, t91);
+        const double t93 = puma560_select_lt(t78, 0.0, t88, t92);
+        const double t94 = t78 * t93;
+        const double t95 = t82 * t93;
+        const double t96 = t84 * t93;
+        const double t97 = t80 * t93;
+        const double t98 = t95 * t95;
+        const double t99 = t96 * t96;
+        const double t100 = t98 + t99;
+        const double t101 = t97 * t97;
+        const double t102 = t101 + t100;
+        const double t103 = puma560_sqrt(t102);
+        const double t104 = puma560_select_lt(0.0, t103, t103, 1.0);
+        const double t105 = 1.0 / t104;
+        const double t106 = t95 * t105;
+        const double t107 = t96 * t105;
+        const double t108 = t97 * t105;
+        const double t109 = puma560_atan2(t103, t94);
+        const double t110 = t94 * t109;
+        const double t111 = t109 * t105;
+        const double t112 = t105 * t110;
+        const double t113 = 2.0 * t111;
+        const double t114 = puma560_select_lt(0.0, t103, t113, 2.0);
+        const double t115 = puma560_select_lt(0.0, t103, t112, 1.0);
+        const double t116 = t95 * t114;
+        const double t117 = t96 * t114;
+        const double t118 = t97 * t114;
+        const double t119 = 0.5 * t116;
+        const double t120 = 0.5 * t117;
+        const double t121 = 0.5 * t118;
+        const double t122 = t115 - 1.0;
+        const double t123 = t106 * t122;
+        const double t124 = t107 * t122;
+        const double t125 = t108 * t122;
+        const double t126 = t107 * t123;
+        const double t127 = t106 * t123;
+        const double t128 = t106 * t125;
+        const double t129 = t115 - t127;
+        const double t130 = t107 * t124;
+        const double t131 = t108 * t124;
+        const double t132 = t108 * t125;
+        const double t133 = t115 - t130;
+        const double t134 = t115 - t132;
+        t[12][i] = t134;
+        const double t135 = t121 - t126;
+        const double t136 = t121 + t126;
+        const double t137 = t120 + t128;
+        const double t138 = t120 - t128;
+        const double t139 = -t137;
+        t[0][i] = t139;
+        const double t140 = t119 - t131;
+        t[6][i] = t140;
+        const double t141 = t119 + t131;
+        const double t142 = s1 * t129;
+        const double t143 = c1 * t135;
+        const double t144 = t143 - t142;
+        t[1][i] = t144;
+        t[2][i] = t144;
+        const double t145 = t0 * t129;
+        const double t146 = t1 * t135;
+        const double t147 = c23 * t137;
+        const double t148 = t147 - t145;
+        const double t149 = t148 - t146;
+        t[3][i] = t149;
+        const double t150 = t2 * t137;
+        const double t151 = t25 * t137;
+        const double t152 = t50 * t129;
+        const double t153 = t150 + t152;
+        const double t154 = t35 * t129;
+        const double t155 = t52 * t135;
+        const double t156 = t155 + t153;
+        t[4][i] = t156;
+        const double t157 = t37 * t135;
+        const double t158 = t157 - t151;
+        const double t159 = t158 - t154;
+        t[5][i] = t159;
+        const double t160 = s1 * t136;
+        const double t161 = s1 * t138;
+        const double t162 = c1 * t133;
+        const double t163 = t160 + t162;
+        t[7][i] = t163;
+        t[8][i] = t163;
+        const double t164 = c1 * t141;
+        const double t165 = t161 + t164;
+        const double t166 = -t165;
+        t[13][i] = t166;
+        t[14][i] = t166;
+        const double t167 = c23 * t140;
+        const double t168 = c23 * t134;
+        const double t169 = t1 * t133;
+        const double t170 = t1 * t141;
+        const double t171 = t170 - t168;
+        const double t172 = t0 * t136;
+        const double t173 = t172 - t167;
+        const double t174 = t173 - t169;
+        t[9][i] = t174;
+        const double t175 = t0 * t138;
+        const double t176 = t171 - t175;
+        t[15][i] = t176;
+        const double t177 = t2 * t140;
+        const double t178 = t25 * t140;
+        const double t179 = t2 * t134;
+        const double t180 = t25 * t134;
+        const double t181 = t50 * t136;
+        const double t182 = t35 * t136;
+        const double t183 = t178 + t182;
+        const double t184 = t50 * t138;
+        const double t185 = t184 - t179;
+        const double t186 = t35 * t138;
+        const double t187 = t180 - t186;
+        const double t188 = t52 * t133;
+        const double t189 = t188 - t177;
+        const double t190 = t189 - t181;
+        t[10][i] = t190;
+        const double t191 = t37 * t133;
+        const double t192 = t191 + t183;
+        t[11][i] = t192;
+        const double t193 = t52 * t141;
+        const double t194 = t185 - t193;
+        t[16][i] = t194;
+        const double t195 = t37 * t141;
+        const double t196 = t187 - t195;
+        t[17][i] = t196;
+    }
+}
+
+void puma560_axis_angle_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][TILE];
+    double t[18][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_axis_angle_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_inverse_pose_tile(const double *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double t0 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const double t1 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t2 = t0 + t1;
+        const double t3 = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t4 = t3 + t2;
+        const double t5 = -t4;
+        t[3 * t_row + i] = t5;
+        const double t6 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const double t7 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t8 = t6 + t7;
+        const double t9 = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t10 = t9 + t8;
+        const double t11 = -t10;
+        t[7 * t_row + i] = t11;
+        const double t12 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const double t13 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t14 = t12 + t13;
+        const double t15 = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t16 = t15 + t14;
+        const double t17 = -t16;
+        t[11 * t_row + i] = t17;
+        t[0 * t_row + i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[1 * t_row + i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[2 * t_row + i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[4 * t_row + i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[5 * t_row + i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[6 * t_row + i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[8 * t_row + i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[9 * t_row + i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[10 * t_row + i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+    }
+}
+
+void puma560_inverse_pose_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, double *b_T_a, ptrdiff_t b_T_a_stride, int layout)
+{
+    double a_T_b_copy[12][TILE];
+    double t[12][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (a_T_b_pose == 1) && (b_T_a_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = b_T_a + begin;
+            puma560_inverse_pose_tile(a_T_b + begin, 1, a_T_b_joint, to, b_T_a_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16(a_T_b + (ptrdiff_t)begin * a_T_b_pose, a_T_b_pose, a_T_b_joint, n - begin, a_T_b_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_inverse_pose_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16(a_T_b + (first + TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - TILE, a_T_b_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, b_T_a + first, b_T_a_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, b_T_a + first * b_T_a_stride, b_T_a_stride, 0);
+        } else {
+            store_matrices(results, 1, count, b_T_a + first * b_T_a_stride, b_T_a_stride, 1);
+        }
+    }
+}
+
+PUMA560_INLINE void puma560_transform_point_tile(const double *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const double *restrict b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, double *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_APART
+    PUMA560_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const double t0 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const double t1 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] + t0;
+        const double t2 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const double t3 = t2 + t1;
+        const double t4 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const double t5 = t4 + t3;
+        t[0 * t_row + i] = t5;
+        const double t6 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const double t7 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] + t6;
+        const double t8 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const double t9 = t8 + t7;
+        const double t10 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const double t11 = t10 + t9;
+        t[1 * t_row + i] = t11;
+        const double t12 = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const double t13 = a_T_b[i * a_T_b_pose + 11 * a_T_b_joint] + t12;
+        const double t14 = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const double t15 = t14 + t13;
+        const double t16 = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const double t17 = t16 + t15;
+        t[2 * t_row + i] = t17;
+    }
+}
+
+void puma560_transform_point_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const double *b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, double *a_p, ptrdiff_t a_p_stride, int layout)
+{
+    double a_T_b_copy[12][TILE];
+    double b_p_copy[3][TILE];
+    double t[3][TILE];
+    const double (*const results)[TILE] = (const double (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_APART
+    if ((layout == 2) && (a_T_b_pose == 1) && (b_p_pose == 1) && (a_p_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            double *const to = a_p + begin;
+            puma560_transform_point_tile(a_T_b + begin, 1, a_T_b_joint, b_p + begin, 1, b_p_joint, to, a_p_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16(a_T_b + (ptrdiff_t)begin * a_T_b_pose, a_T_b_pose, a_T_b_joint, n - begin, a_T_b_copy);
+    tile_input b_p_tile = find_tile_3(b_p + (ptrdiff_t)begin * b_p_pose, b_p_pose, b_p_joint, n - begin, b_p_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_transform_point_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, b_p_tile.first, b_p_tile.pose, b_p_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16(a_T_b + (first + TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - TILE, a_T_b_copy);
+            b_p_tile = find_tile_3(b_p + (first + TILE) * b_p_pose, b_p_pose, b_p_joint, left - TILE, b_p_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, a_p + first, a_p_stride);
+        } else {
+            store_numbers(results, 3, count, a_p + first * a_p_stride, a_p_stride);
+        }
+    }
+}
+
+static inline void puma560_adjoint_tile(const double *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double t0 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t1 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        const double t2 = t1 - t0;
+        t[3][i] = t2;
+        const double t3 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t4 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        const double t5 = t3 - t4;
+        t[9][i] = t5;
+        const double t6 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t7 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        const double t8 = t7 - t6;
+        t[15][i] = t8;
+        const double t9 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t10 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        const double t11 = t10 - t9;
+        t[4][i] = t11;
+        const double t12 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t13 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        const double t14 = t12 - t13;
+        t[10][i] = t14;
+        const double t15 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t16 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        const double t17 = t16 - t15;
+        t[16][i] = t17;
+        const double t18 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t19 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        const double t20 = t19 - t18;
+        t[5][i] = t20;
+        const double t21 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const double t22 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        const double t23 = t21 - t22;
+        t[11][i] = t23;
+        const double t24 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const double t25 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        const double t26 = t25 - t24;
+        t[17][i] = t26;
+        t[0][i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[1][i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[2][i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[6][i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[7][i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[8][i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[12][i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[13][i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[14][i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        t[21][i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[22][i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[23][i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[27][i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[28][i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[29][i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[33][i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[34][i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[35][i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+    }
+}
+
+void puma560_adjoint_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, double *adjoint, ptrdiff_t adjoint_stride, int layout)
+{
+    double a_T_b_copy[12][SHORT_TILE];
+    double t[36][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16_short(a_T_b, a_T_b_pose, a_T_b_joint, n, a_T_b_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[18][i] = 0.0;
+        t[19][i] = 0.0;
+        t[20][i] = 0.0;
+        t[24][i] = 0.0;
+        t[25][i] = 0.0;
+        t[26][i] = 0.0;
+        t[30][i] = 0.0;
+        t[31][i] = 0.0;
+        t[32][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_adjoint_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16_short(a_T_b + (first + SHORT_TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - SHORT_TILE, a_T_b_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 36, count, adjoint + first, adjoint_stride);
+        } else {
+            store_numbers_short(results, 36, count, adjoint + first * adjoint_stride, adjoint_stride);
+        }
+    }
+}
+
+static inline void puma560_inverse_tile(const double *restrict base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double t0 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * 0.15005;
+        const double t1 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * 0.15005;
+        const double t2 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint];
+        const double t3 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint];
+        const double t4 = t2 + t3;
+        const double t5 = 1.0 / t4;
+        const double t6 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint];
+        const double t7 = t6 + t4;
+        const double t8 = puma560_select_lt(t7, 1000000000000000.0, 1.0, 0.0);
+        const double t9 = t4 - 0.0225150025;
+        const double t10 = puma560_select_lt(0.0, t9, t9, 0.0);
+        const double t11 = puma560_select_lt((-2.8112754080211745e-13), t9, 1.0, 0.0);
+        const double t12 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint];
+        const double t13 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t14 = t12 + t13;
+        const double t15 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t16 = t15 + t14;
+        const double t17 = t16 - 1.0;
+        const double t18 = t17 * t17;
+        const double t19 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t20 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t21 = t19 + t20;
+        const double t22 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t23 = t22 + t21;
+        const double t24 = t23 - 1.0;
+        const double t25 = t24 * t24;
+        const double t26 = t18 + t25;
+        const double t27 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t28 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t29 = t27 + t28;
+        const double t30 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t31 = t30 + t29;
+        const double t32 = t31 * t31;
+        const double t33 = t32 + t26;
+        const double t34 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t35 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t36 = t34 - t35;
+        const double t37 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] - t36;
+        const double t38 = t37 * t37;
+        const double t39 = t38 + t33;
+        const double t40 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t41 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t42 = t40 - t41;
+        const double t43 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] - t42;
+        const double t44 = t43 * t43;
+        const double t45 = t44 + t39;
+        const double t46 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t47 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t48 = t46 - t47;
+        const double t49 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] - t48;
+        const double t50 = t49 * t49;
+        const double t51 = t50 + t45;
+        const double t52 = puma560_select_lt(t51, 9e-12, t8, 0.0);
+        const double t53 = t52 * t11;
+        const double t54 = puma560_sqrt(t10);
+        const double t55 = puma560_atan2(base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint], base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint]);
+        const double t56 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * t54;
+        const double t57 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * t54;
+        const double t58 = t54 * t54;
+        const double t59 = t6 + t58;
+        const double t60 = t56 + t1;
+        const double t61 = t56 - t1;
+        const double t62 = t5 * t60;
+        const double t63 = t5 * t61;
+        const double t64 = t0 - t57;
+        const double t65 = t0 + t57;
+        const double t66 = t5 * t64;
+        const double t67 = t5 * t65;
+        const double t68 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t62;
+        const double t69 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t66;
+        const double t70 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t62;
+        const double t71 = t69 + t70;
+        const double t72 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t66;
+        const double t73 = t68 - t72;
+        const double t74 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t62;
+        const double t75 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t66;
+        const double t76 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t62;
+        const double t77 = t75 + t76;
+        const double t78 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t66;
+        const double t79 = t74 - t78;
+        const double t80 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t62;
+        const double t81 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t62;
+        const double t82 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t66;
+        const double t83 = t82 + t81;
+        const double t84 = t83 * t83;
+        const double t85 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t66;
+        const double t86 = t80 - t85;
+        const double t87 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t63;
+        const double t88 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t67;
+        const double t89 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t63;
+        const double t90 = t88 - t89;
+        const double t91 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t67;
+        const double t92 = t87 + t91;
+        const double t93 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t63;
+        const double t94 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t67;
+        const double t95 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t63;
+        const double t96 = t94 - t95;
+        const double t97 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t67;
+        const double t98 = t93 + t97;
+        const double t99 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t63;
+        const double t100 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t63;
+        const double t101 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t67;
+        const double t102 = t101 - t100;
+        const double t103 = t102 * t102;
+        const double t104 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t67;
+        const double t105 = t99 + t104;
+        const double t106 = t59 * 2.6787076895038266;
+        const double t107 = t59 + 0.00041209;
+        const double t108 = t106 - 2.0000006092628144;
+        const double t109 = t106 - 6.092628145770562e-07;
+        const double t110 = t108 * t109;
+        const double t111 = t109 - 1.0;
+        const double t112 = t107 * 1.46103566549868e-11;
+        const double t113 = puma560_select_lt(t110, t112, 1.0, 0.0);
+        const double t114 = t113 * t53;
+        const double t115 = t107 * 1.4267926420885547e-14;
+        const double t116 = -t110;
+        const double t117 = puma560_select_lt(t115, t116, t116, 0.0);
+        const double t118 = t109 * 0.4322769135635166;
+        const double t119 = t118 - 0.00047691356351659784;
+        const double t120 = t109 * 0.4318;
+        const double t121 = 0.00047691356351659784 + t120;
+        const double t122 = t121 * t121;
+        const double t123 = puma560_sqrt(t117);
+        const double t124 = puma560_atan2(0.15005, t54);
+        const double t125 = puma560_atan2(base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint], t54);
+        const double t126 = t123 * 0.4322769135635166;
+        const double t127 = t123 * 0.4318;
+        const double t128 = t127 * t127;
+        const double t129 = t122 + t128;
+        const double t130 = t59 * t129;
+        const double t131 = t55 - t124;
+        const double t132 = t55 + t124;
+        const double t133 = t132 - 3.141592653589793;
+        const double t134 = t131 - 6.283185307179586;
+        const double t135 = puma560_select_lt(3.141592653589793, t131, t134, t131);
+        const double t136 = 6.283185307179586 + t135;
+        const double t137 = puma560_select_lt(t135, (-3.141592653589793), t136, t135);
+        t[0][i] = t137;
+        t[6][i] = t137;
+        t[12][i] = t137;
+        t[18][i] = t137;
+        const double t138 = puma560_select_lt((-2.7925269061909272), t137, t114, 0.0);
+        const double t139 = puma560_select_lt(t137, 2.7925269061909272, t138, 0.0);
+        const double t140 = 6.283185307179586 + t133;
+        const double t141 = puma560_select_lt(t133, (-3.141592653589793), t140, t133);
+        t[24][i] = t141;
+        t[30][i] = t141;
+        t[36][i] = t141;
+        t[42][i] = t141;
+        const double t142 = puma560_select_lt((-2.7925269061909272), t141, t114, 0.0);
+        const double t143 = puma560_select_lt(t141, 2.7925269061909272, t142, 0.0);
+        const double t144 = puma560_atan2(t123, t111);
+        const double t145 = puma560_atan2(t126, t119);
+        const double t146 = puma560_sqrt(t130);
+        const double t147 = 1.0 / t146;
+        const double t148 = t121 * t147;
+        const double t149 = t127 * t147;
+        const double t150 = t148 * 0.04696063880130675;
+        const double t151 = t148 * 0.9988967406110469;
+        const double t152 = t149 * 0.04696063880130675;
+        const double t153 = t149 * 0.9988967406110469;
+        const double t154 = t150 + t153;
+        const double t155 = t150 - t153;
+        const double t156 = t151 - t152;
+        const double t157 = t151 + t152;
+        const double t158 = t54 * t154;
+        const double t159 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t154;
+        const double t160 = t54 * t156;
+        const double t161 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t156;
+        const double t162 = t161 - t158;
+        const double t163 = t158 + t161;
+        const double t164 = t160 + t159;
+        const double t165 = t160 - t159;
+        const double t166 = t54 * t155;
+        const double t167 = t54 * t157;
+        const double t168 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t155;
+        const double t169 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t157;
+        const double t170 = t169 - t166;
+        const double t171 = t166 + t169;
+        const double t172 = t167 + t168;
+        const double t173 = t167 - t168;
+        const double t174 = t73 * t162;
+        const double t175 = t73 * t170;
+        const double t176 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t164;
+        const double t177 = t176 - t174;
+        const double t178 = t79 * t162;
+        const double t179 = t79 * t170;
+        const double t180 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t164;
+        const double t181 = t180 - t178;
+        const double t182 = t86 * t162;
+        const double t183 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t162;
+        const double t184 = t86 * t164;
+        const double t185 = t184 + t183;
+        const double t186 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t164;
+        const double t187 = t182 - t186;
+        const double t188 = t187 * t187;
+        const double t189 = t84 + t188;
+        const double t190 = puma560_select_lt(t189, 1e-20, 1.0, t187);
+        const double t191 = puma560_select_lt(t189, 1e-20, 0.0, t83);
+        const double t192 = t177 * t191;
+        const double t193 = t181 * t191;
+        const double t194 = t71 * t190;
+        const double t195 = t194 + t192;
+        const double t196 = t77 * t190;
+        const double t197 = t196 + t193;
+        const double t198 = t145 + t125;
+        const double t199 = t145 - t125;
+        const double t200 = 6.283185307179586 + t198;
+        const double t201 = -t198;
+        const double t202 = puma560_select_lt(1.5707963267948966, t201, t200, t198);
+        const double t203 = t198 - 3.141592653589793;
+        const double t204 = 6.283185307179586 - t202;
+        const double t205 = -t202;
+        const double t206 = puma560_select_lt(4.71238898038469, t202, t204, t205);
+        t[1][i] = t206;
+        t[7][i] = t206;
+        const double t207 = puma560_select_lt((-3.9269909199872415), t206, t139, 0.0);
+        const double t208 = puma560_select_lt(t206, 0.7853982663974484, t207, 0.0);
+        const double t209 = t144 - 1.5238184104468135;
+        const double t210 = t144 + 1.5238184104468135;
+        const double t211 = 6.283185307179586 + t209;
+        const double t212 = puma560_select_lt(t209, (-3.141592653589793), t211, t209);
+        t[2][i] = t212;
+        t[8][i] = t212;
+        t[38][i] = t212;
+        t[44][i] = t212;
+        const double t213 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t172;
+        const double t214 = t213 - t175;
+        const double t215 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t172;
+        const double t216 = t215 - t179;
+        const double t217 = t86 * t170;
+        const double t218 = t86 * t172;
+        const double t219 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t170;
+        const double t220 = t218 + t219;
+        const double t221 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t172;
+        const double t222 = t217 - t221;
+        const double t223 = t222 * t222;
+        const double t224 = t84 + t223;
+        const double t225 = puma560_select_lt(t224, 1e-20, 1.0, t222);
+        const double t226 = puma560_select_lt(t224, 1e-20, 0.0, t83);
+        const double t227 = t71 * t225;
+        const double t228 = t77 * t225;
+        const double t229 = t214 * t226;
+        const double t230 = t227 + t229;
+        const double t231 = t216 * t226;
+        const double t232 = t228 + t231;
+        const double t233 = t199 - 6.283185307179586;
+        const double t234 = puma560_select_lt(1.5707963267948966, t199, t233, t199);
+        const double t235 = 3.141592653589793 + t199;
+        const double t236 = 6.283185307179586 + t234;
+        const double t237 = puma560_select_lt(t234, (-4.71238898038469), t236, t234);
+        t[13][i] = t237;
+        t[19][i] = t237;
+        const double t238 = puma560_select_lt((-3.9269909199872415), t237, t139, 0.0);
+        const double t239 = puma560_select_lt(t237, 0.7853982663974484, t238, 0.0);
+        const double t240 = t210 - 6.283185307179586;
+        const double t241 = puma560_select_lt(3.141592653589793, t210, t240, t210);
+        const double t242 = -t241;
+        t[14][i] = t242;
+        t[20][i] = t242;
+        t[26][i] = t242;
+        t[32][i] = t242;
+        const double t243 = t92 * t171;
+        const double t244 = t92 * t163;
+        const double t245 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t173;
+        const double t246 = t243 - t245;
+        const double t247 = t98 * t171;
+        const double t248 = t98 * t163;
+        const double t249 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t173;
+        const double t250 = t247 - t249;
+        const double t251 = t105 * t171;
+        const double t252 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t171;
+        const double t253 = t105 * t173;
+        const double t254 = t253 + t252;
+        const double t255 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t173;
+        const double t256 = t255 - t251;
+        const double t257 = t256 * t256;
+        const double t258 = t103 + t257;
+        const double t259 = puma560_select_lt(t258, 1e-20, 1.0, t256);
+        const double t260 = puma560_select_lt(t258, 1e-20, 0.0, t102);
+        const double t261 = t246 * t260;
+        const double t262 = t250 * t260;
+        const double t263 = t90 * t259;
+        const double t264 = t263 + t261;
+        const double t265 = t96 * t259;
+        const double t266 = t265 + t262;
+        const double t267 = t203 - 6.283185307179586;
+        const double t268 = puma560_select_lt(1.5707963267948966, t203, t267, t203);
+        const double t269 = 6.283185307179586 + t268;
+        const double t270 = puma560_select_lt(t268, (-4.71238898038469), t269, t268);
+        t[25][i] = t270;
+        t[31][i] = t270;
+        const double t271 = puma560_select_lt((-3.9269909199872415), t270, t143, 0.0);
+        const double t272 = puma560_select_lt(t270, 0.7853982663974484, t271, 0.0);
+        const double t273 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t165;
+        const double t274 = t244 - t273;
+        const double t275 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t165;
+        const double t276 = t248 - t275;
+        const double t277 = t105 * t163;
+        const double t278 = t105 * t165;
+        const double t279 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t163;
+        const double t280 = t278 + t279;
+        const double t281 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t165;
+        const double t282 = t281 - t277;
+        const double t283 = t282 * t282;
+        const double t284 = t103 + t283;
+        const double t285 = puma560_select_lt(t284, 1e-20, 1.0, t282);
+        const double t286 = puma560_select_lt(t284, 1e-20, 0.0, t102);
+        const double t287 = t90 * t285;
+        const double t288 = t96 * t285;
+        const double t289 = t274 * t286;
+        const double t290 = t287 + t289;
+        const double t291 = t276 * t286;
+        const double t292 = t288 + t291;
+        const double t293 = 6.283185307179586 + t235;
+        const double t294 = -t235;
+        const double t295 = puma560_select_lt(1.5707963267948966, t294, t293, t235);
+        const double t296 = 6.283185307179586 - t295;
+        const double t297 = -t295;
+        const double t298 = puma560_select_lt(4.71238898038469, t295, t296, t297);
+        t[37][i] = t298;
+        t[43][i] = t298;
+        const double t299 = puma560_select_lt((-3.9269909199872415), t298, t143, 0.0);
+        const double t300 = puma560_select_lt(t298, 0.7853982663974484, t299, 0.0);
+        const double t301 = puma560_atan2(t191, t190);
+        const double t302 = puma560_atan2(t195, t197);
+        t[11][i] = t302;
+        const double t303 = puma560_atan2(t226, t225);
+        const double t304 = puma560_atan2(t230, t232);
+        t[23][i] = t304;
+        const double t305 = puma560_atan2(t260, t259);
+        const double t306 = puma560_atan2(t264, t266);
+        t[35][i] = t306;
+        const double t307 = puma560_atan2(t286, t285);
+        const double t308 = puma560_atan2(t290, t292);
+        t[47][i] = t308;
+        const double t309 = puma560_sqrt(t189);
+        const double t310 = puma560_sqrt(t224);
+        const double t311 = puma560_sqrt(t258);
+        const double t312 = puma560_sqrt(t284);
+        const double t313 = 3.141592653589793 - t302;
+        const double t314 = 3.141592653589793 - t304;
+        const double t315 = 3.141592653589793 - t306;
+        const double t316 = 3.141592653589793 - t308;
+        const double t317 = t301 + 6.283185307179586;
+        const double t318 = puma560_select_lt(t301, (-2.6179938779914944), t317, t301);
+        t[3][i] = t318;
+        const double t319 = t301 + 3.141592653589793;
+        const double t320 = puma560_select_lt((-1.9198622801937626), t318, t208, 0.0);
+        const double t321 = puma560_select_lt(t318, 2.9670598313903604, t320, 0.0);
+        const double t322 = t313 - 6.283185307179586;
+        const double t323 = puma560_select_lt(3.141592653589793, t313, t322, t313);
+        const double t324 = -t323;
+        t[5][i] = t324;
+        const double t325 = t319 - 6.283185307179586;
+        const double t326 = puma560_select_lt(3.6651914291880923, t319, t325, t319);
+        t[9][i] = t326;
+        const double t327 = puma560_select_lt((-1.9198622801937626), t326, t208, 0.0);
+        const double t328 = puma560_select_lt(t326, 2.9670598313903604, t327, 0.0);
+        const double t329 = 6.283185307179586 + t303;
+        const double t330 = puma560_select_lt(t303, (-2.6179938779914944), t329, t303);
+        t[15][i] = t330;
+        const double t331 = 3.141592653589793 + t303;
+        const double t332 = puma560_select_lt((-1.9198622801937626), t330, t239, 0.0);
+        const double t333 = puma560_select_lt(t330, 2.9670598313903604, t332, 0.0);
+        const double t334 = t314 - 6.283185307179586;
+        const double t335 = puma560_select_lt(3.141592653589793, t314, t334, t314);
+        const double t336 = -t335;
+        t[17][i] = t336;
+        const double t337 = t331 - 6.283185307179586;
+        const double t338 = puma560_select_lt(3.6651914291880923, t331, t337, t331);
+        t[21][i] = t338;
+        const double t339 = puma560_select_lt((-1.9198622801937626), t338, t239, 0.0);
+        const double t340 = puma560_select_lt(t338, 2.9670598313903604, t339, 0.0);
+        const double t341 = 6.283185307179586 + t305;
+        const double t342 = puma560_select_lt(t305, (-2.6179938779914944), t341, t305);
+        t[27][i] = t342;
+        const double t343 = 3.141592653589793 + t305;
+        const double t344 = puma560_select_lt((-1.9198622801937626), t342, t272, 0.0);
+        const double t345 = puma560_select_lt(t342, 2.9670598313903604, t344, 0.0);
+        const double t346 = t315 - 6.283185307179586;
+        const double t347 = puma560_select_lt(3.141592653589793, t315, t346, t315);
+        const double t348 = -t347;
+        t[29][i] = t348;
+        const double t349 = t343 - 6.283185307179586;
+        const double t350 = puma560_select_lt(3.6651914291880923, t343, t349, t343);
+        t[33][i] = t350;
+        const double t351 = puma560_select_lt((-1.9198622801937626), t350, t272, 0.0);
+        const double t352 = puma560_select_lt(t350, 2.9670598313903604, t351, 0.0);
+        const double t353 = 6.283185307179586 + t307;
+        const double t354 = puma560_select_lt(t307, (-2.6179938779914944), t353, t307);
+        t[39][i] = t354;
+        const double t355 = 3.141592653589793 + t307;
+        const double t356 = puma560_select_lt((-1.9198622801937626), t354, t300, 0.0);
+        const double t357 = puma560_select_lt(t354, 2.9670598313903604, t356, 0.0);
+        const double t358 = t316 - 6.283185307179586;
+        const double t359 = puma560_select_lt(3.141592653589793, t316, t358, t316);
+        const double t360 = -t359;
+        t[41][i] = t360;
+        const double t361 = t355 - 6.283185307179586;
+        const double t362 = puma560_select_lt(3.6651914291880923, t355, t361, t355);
+        t[45][i] = t362;
+        const double t363 = puma560_select_lt((-1.9198622801937626), t362, t300, 0.0);
+        const double t364 = puma560_select_lt(t362, 2.9670598313903604, t363, 0.0);
+        const double t365 = puma560_atan2(t309, t185);
+        t[4][i] = t365;
+        const double t366 = puma560_atan2(t310, t220);
+        t[16][i] = t366;
+        const double t367 = puma560_atan2(t311, t254);
+        t[28][i] = t367;
+        const double t368 = puma560_atan2(t312, t280);
+        t[40][i] = t368;
+        const double t369 = puma560_select_lt((-1.7453293549943296), t365, t321, 0.0);
+        const double t370 = puma560_select_lt(t365, 1.7453293549943296, t369, 0.0);
+        t[48][i] = t370;
+        const double t371 = puma560_select_lt(t365, 1.7453293549943296, t328, 0.0);
+        const double t372 = -t365;
+        t[10][i] = t372;
+        const double t373 = puma560_select_lt(t372, 1.7453293549943296, t371, 0.0);
+        t[49][i] = t373;
+        const double t374 = puma560_select_lt((-1.7453293549943296), t366, t333, 0.0);
+        const double t375 = puma560_select_lt(t366, 1.7453293549943296, t374, 0.0);
+        t[50][i] = t375;
+        const double t376 = puma560_select_lt(t366, 1.7453293549943296, t340, 0.0);
+        const double t377 = -t366;
+        t[22][i] = t377;
+        const double t378 = puma560_select_lt(t377, 1.7453293549943296, t376, 0.0);
+        t[51][i] = t378;
+        const double t379 = puma560_select_lt((-1.7453293549943296), t367, t345, 0.0);
+        const double t380 = puma560_select_lt(t367, 1.7453293549943296, t379, 0.0);
+        t[52][i] = t380;
+        const double t381 = puma560_select_lt(t367, 1.7453293549943296, t352, 0.0);
+        const double t382 = -t367;
+        t[34][i] = t382;
+        const double t383 = puma560_select_lt(t382, 1.7453293549943296, t381, 0.0);
+        t[53][i] = t383;
+        const double t384 = puma560_select_lt((-1.7453293549943296), t368, t357, 0.0);
+        const double t385 = puma560_select_lt(t368, 1.7453293549943296, t384, 0.0);
+        t[54][i] = t385;
+        const double t386 = puma560_select_lt(t368, 1.7453293549943296, t364, 0.0);
+        const double t387 = -t368;
+        t[46][i] = t387;
+        const double t388 = puma560_select_lt(t387, 1.7453293549943296, t386, 0.0);
+        t[55][i] = t388;
+    }
+}
+
+void puma560_inverse_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout)
+{
+    double base_T_tool_copy[12][SHORT_TILE];
+    double t[56][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input base_T_tool_tile = find_tile_12_of_16_short(base_T_tool, base_T_tool_pose, base_T_tool_joint, n, base_T_tool_copy);
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_inverse_tile(base_T_tool_tile.first, base_T_tool_tile.pose, base_T_tool_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            base_T_tool_tile = find_tile_12_of_16_short(base_T_tool + (first + SHORT_TILE) * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint, left - SHORT_TILE, base_T_tool_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 48, count, solutions + first, solutions_stride);
+            store_truth_rows_short(results + 48, 8, count, valid + first, valid_stride);
+        } else {
+            store_numbers_short(results, 48, count, solutions + first * solutions_stride, solutions_stride);
+            store_truths_short(results + 48, 8, count, valid + first * valid_stride, valid_stride);
+        }
+    }
+}
+
+/* Targets that are looked at together, their solutions in rows. */
+enum { NEAREST_BLOCK = 32 };
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+PUMA560_INLINE double puma560_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
+{
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+/* Takes one branch where its solution is nearer than the nearest so far. */
+PUMA560_INLINE void puma560_take_nearer(const double (*restrict s)[NEAREST_BLOCK], const uint8_t *restrict valid,
+    const double (*restrict w)[NEAREST_BLOCK], double (*restrict chosen)[NEAREST_BLOCK], double *restrict least)
+{
+    for (int i = 0; i < NEAREST_BLOCK; i++) {
+        const double moved0 = puma560_turned(s[0][i], w[0][i], 6.283185307179586, 0.15915494309189535, -2.7925269061909277, 2.7925269061909277);
+        const double apart0 = moved0 - w[0][i];
+        const double square0 = apart0 * apart0;
+        const double sum0 = square0;
+        const double moved1 = puma560_turned(s[1][i], w[1][i], 6.283185307179586, 0.15915494309189535, -3.926990919987242, 0.7853982663974484);
+        const double apart1 = moved1 - w[1][i];
+        const double square1 = apart1 * apart1;
+        const double sum1 = sum0 + square1;
+        const double moved2 = puma560_turned(s[2][i], w[2][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart2 = moved2 - w[2][i];
+        const double square2 = apart2 * apart2;
+        const double sum2 = sum1 + square2;
+        const double moved3 = puma560_turned(s[3][i], w[3][i], 6.283185307179586, 0.15915494309189535, -1.9198622801937628, 2.9670598313903604);
+        const double apart3 = moved3 - w[3][i];
+        const double square3 = apart3 * apart3;
+        const double sum3 = sum2 + square3;
+        const double moved4 = puma560_turned(s[4][i], w[4][i], 6.283185307179586, 0.15915494309189535, -1.7453293549943298, 1.7453293549943298);
+        const double apart4 = moved4 - w[4][i];
+        const double square4 = apart4 * apart4;
+        const double sum4 = sum3 + square4;
+        const double moved5 = puma560_turned(s[5][i], w[5][i], 6.283185307179586, 0.15915494309189535, -1.7976931348623157e+308, 1.7976931348623157e+308);
+        const double apart5 = moved5 - w[5][i];
+        const double square5 = apart5 * apart5;
+        const double sum5 = sum4 + square5;
+        const double distance = (valid[i] != 0U) ? sum5 : 1.7976931348623157e+308;
+        const double before = least[i];
+        chosen[0][i] = (distance < before) ? moved0 : chosen[0][i];
+        chosen[1][i] = (distance < before) ? moved1 : chosen[1][i];
+        chosen[2][i] = (distance < before) ? moved2 : chosen[2][i];
+        chosen[3][i] = (distance < before) ? moved3 : chosen[3][i];
+        chosen[4][i] = (distance < before) ? moved4 : chosen[4][i];
+        chosen[5][i] = (distance < before) ? moved5 : chosen[5][i];
+        least[i] = (distance < before) ? distance : before;
+    }
+}
+
+void puma560_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const double *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, double *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout)
+{
+    double solutions[PUMA560_BRANCHES * PUMA560_DOF][NEAREST_BLOCK];
+    uint8_t valid[PUMA560_BRANCHES][NEAREST_BLOCK];
+    double w[PUMA560_DOF][NEAREST_BLOCK];
+    double chosen[PUMA560_DOF][NEAREST_BLOCK];
+    double least[NEAREST_BLOCK];
+
+    for (size_t start = 0; start < n; start += NEAREST_BLOCK) {
+        const int count = (n - start < NEAREST_BLOCK) ? (int)(n - start) : NEAREST_BLOCK;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_inverse_batch((size_t)count, base_T_tool + first * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint,
+            &solutions[0][0], NEAREST_BLOCK, &valid[0][0], NEAREST_BLOCK, 2);
+
+        /* A last block that is not full is filled up with zeros. */
+        for (int i = count; i < NEAREST_BLOCK; i++) {
+            for (int row = 0; row < PUMA560_BRANCHES * PUMA560_DOF; row++) {
+                solutions[row][i] = 0;
+            }
+            for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+                valid[branch][i] = 0;
+            }
+        }
+        for (int joint = 0; joint < PUMA560_DOF; joint++) {
+            for (int i = 0; i < NEAREST_BLOCK; i++) {
+                w[joint][i] = (i < count) ? q0[(first + i) * q0_pose + joint * q0_joint] : 0.0;
+                chosen[joint][i] = 0.0;
+            }
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            least[i] = 1.7976931348623157e+308;
+        }
+        for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+            puma560_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * PUMA560_DOF], valid[branch],
+                (const double (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        for (int i = 0; i < count; i++) {
+            int serves = (least[i] < 1.7976931348623157e+308) ? 1 : 0;
+            serves = ((w[0][i] >= -62831.853071795864) && (w[0][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[1][i] >= -62831.853071795864) && (w[1][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[2][i] >= -62831.853071795864) && (w[2][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[3][i] >= -62831.853071795864) && (w[3][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[4][i] >= -62831.853071795864) && (w[4][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[5][i] >= -62831.853071795864) && (w[5][i] <= 62831.853071795864)) ? serves : 0;
+            const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+            const double infinite = huge * huge;
+            const double nothing = infinite - infinite; /* 0 or NaN */
+            const ptrdiff_t place = first + i;
+            for (int joint = 0; joint < PUMA560_DOF; joint++) {
+                q[(layout == 2) ? joint * q_stride + place : place * q_stride + joint] = chosen[joint][i] + nothing;
+            }
+            exists[(layout == 2) ? place : place * exists_stride] = (uint8_t)serves;
         }
     }
 }

@@ -1,4 +1,4 @@
-/* puma560_f32.c - Forward kinematics of puma560, single precision
+/* puma560_f32.c - Kinematics of puma560, single precision
  *
  * Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouvry
  *
@@ -57,8 +57,8 @@
 static void puma560_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -66,8 +66,8 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -82,20 +82,20 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -106,10 +106,10 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -122,6 +122,161 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
 
 #define KINEGEN_PUMA560_F32_SINCOS(x, s, c) puma560_f32_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    float value;
+    uint32_t bits;
+} puma560_f32_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define PUMA560_F32_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 4) != 0
+#define PUMA560_F32_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 32
+#define PUMA560_F32_OWN_ROOT
+#endif
+#endif
+
+#ifdef PUMA560_F32_OWN_ROOT
+/* The square root of the processor, as below. */
+static float puma560_f32_sqrt(const float x)
+{
+    const float number = x + 0.0F; /* a zero without a sign */
+    return __builtin_sqrtf(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static float puma560_f32_sqrt(const float x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const float up = (x < 1e-30F) ? 16777216.0F : 0.25F;
+    const float down = (x < 1e-30F) ? 0.000244140625F : 2.0F;
+    puma560_f32_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint32_t next = number.bits + 0x00800000U;
+    const uint32_t exponent = next & 0xFF000000U;
+    const uint32_t digits = number.bits - exponent;
+    const uint32_t half = exponent >> 1;
+    puma560_f32_bits m;
+    m.bits = digits + 0x40000000U;
+    puma560_f32_bits scale;
+    scale.bits = half + 0x1F800000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; a step of Newton's method, to 9e-4; one of the next order. */
+    const uint32_t halved = m.bits >> 1;
+    puma560_f32_bits guess;
+    guess.bits = 0x5F376000U - halved;
+    const float h = m.value * 0.5F;
+    const float y0 = guess.value;
+    const float hy0 = h * y0;
+    const float hyy0 = hy0 * y0;
+    const float f0 = 1.50088632F - hyy0;
+    const float y1 = y0 * f0;
+    const float my1 = m.value * y1;
+    const float myy1 = my1 * y1;
+    const float g = 1.0F - myy1;
+    const float g1 = g * 0.375F;
+    const float g2 = g1 + 0.5F;
+    const float g3 = g2 * g;
+    const float growth = g3 * y1;
+    const float r = y1 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const float s = m.value * r;
+    puma560_f32_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFF000U;
+    const float high = cut.value;
+    const float low = s - high;
+    const float square = high * high;
+    const float rest0 = m.value - square;
+    const float twice = high + high;
+    const float mixed = twice * low;
+    const float rest1 = rest0 - mixed;
+    const float small = low * low;
+    const float rest = rest1 - small;
+    const float half_r = r * 0.5F;
+    const float correction = rest * half_r;
+    const float root_m = s + correction;
+    const float scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    puma560_f32_bits none;
+    none.bits = 0x7FC00000U;
+    const float positive = (x > 0.0F) ? down : 0.0F;
+    const float zero_or_none = (x >= 0.0F) ? positive : none.value;
+    const float factor = (x > 3.40282347e+38F) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.7e-7 rad (6e-8 up to pi/4) if the larger of |x| and |y| lies
+   between 1e-30 and 1e38; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static float puma560_f32_atan2(const float y, const float x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. */
+    const float sign_x = (x < 0.0F) ? -1.0F : 1.0F;
+    const float sign_y = (y < 0.0F) ? -1.0F : 1.0F;
+    const float width = x * sign_x;
+    const float height = y * sign_y;
+    const float large = (width < height) ? height : width;
+    const float small = (width < height) ? width : height;
+
+    /* angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+       not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors. */
+    const float flip = (width < height) ? -1.0F : 1.0F;
+    const float flat = (width < height) ? 0.0F : 4.0F;
+    const float sign = sign_x * flip;
+    const float side = sign_x * flat;
+    const float right = 4.0F - side;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+       divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite. */
+    const float half_large = large * 0.5F;
+    const float half_small = small * 0.5F;
+    const float bound = large * 0.41421357F;
+    const float twice = (bound < small) ? 2.0F : 0.0F;
+    const float across = half_large * twice;
+    const float along = half_small * twice;
+    const float dividend = small - across;
+    const float total = large + along;
+    const float divisor = total + 1.1754944e-38F;
+    const float t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z). */
+    const float z = t * t;
+    const float a5 = z * -0.06092697F;
+    const float a4 = a5 + 0.10600164F;
+    const float a4z = a4 * z;
+    const float a3 = a4z - 0.1424451F;
+    const float a3z = a3 * z;
+    const float a2 = a3z + 0.19998533F;
+    const float a2z = a2 * z;
+    const float a1 = a2z - 0.33333316F;
+    const float tz = t * z;
+    const float tail = tz * a1;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    const float turn = sign * twice;
+    const float parts = right + turn;
+    const float base = parts * 0.39269912F;
+    const float low = parts * -4.073017e-08F;
+    const float signed_t = sign * t;
+    const float signed_tail = sign * tail;
+    const float rough = base + signed_t;
+    const float back = rough - base;
+    const float lost = signed_t - back;
+    const float small0 = lost + low;
+    const float rest = small0 + signed_tail;
+    const float angle = rough + rest;
+    return angle * sign_y;
+}
 
 void puma560_f32_fk(const float q[restrict PUMA560_DOF], float base_T_tool[restrict 16])
 {
@@ -534,6 +689,5616 @@ void puma560_f32_position(const float q[restrict PUMA560_DOF], float base_p_tool
     const float t14 = c1 * PUMA560_F32_D3;
     const float t15 = t14 - t11;
     base_p_tool[1] = t15;
+}
+
+void puma560_f32_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const float t0 = c2 * PUMA560_F32_A2_D4;
+    const float t1 = s2 * -PUMA560_F32_A2_D4;
+    const float t2 = -s1;
+    jacobian[19] = t2;
+    jacobian[20] = t2;
+    const float t3 = -c23;
+    jacobian[33] = t3;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const float t4 = c1 * s23;
+    const float t5 = -t4;
+    jacobian[21] = t5;
+    const float t6 = s1 * s23;
+    const float t7 = -t6;
+    jacobian[27] = t7;
+    const float t8 = s23 * s4;
+    const float t9 = -t8;
+    jacobian[34] = t9;
+
+    /* shoulder and elbow: linear part */
+    const float t10 = s23 * PUMA560_F32_A2_D4;
+    const float t11 = c23 * PUMA560_F32_A3;
+    const float t12 = t10 - t11;
+    jacobian[14] = t12;
+    const float t13 = t12 - t0;
+    jacobian[13] = t13;
+    const float t14 = s23 * -PUMA560_F32_A3;
+    const float t15 = c23 * PUMA560_F32_A2_D4;
+    const float t16 = t14 - t15;
+    const float t17 = t16 + t1;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const float t18 = c1 * t17;
+    jacobian[1] = t18;
+    const float t19 = s1 * t17;
+    jacobian[7] = t19;
+    const float t20 = c1 * t16;
+    jacobian[2] = t20;
+    const float t21 = s1 * t16;
+    jacobian[8] = t21;
+    const float t22 = s1 * -PUMA560_F32_D3;
+    const float t23 = c1 * t13;
+    const float t24 = t22 - t23;
+    jacobian[6] = t24;
+    const float t25 = s1 * t13;
+    const float t26 = c1 * PUMA560_F32_D3;
+    const float t27 = t25 - t26;
+    jacobian[0] = t27;
+    const float t28 = c23 * s4;
+    const float t29 = s4 * s5;
+    const float t30 = c4 * s5;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: angular part */
+    const float t31 = s1 * c4;
+    const float t32 = c1 * c4;
+    const float t33 = c1 * t28;
+    const float t34 = t33 - t31;
+    jacobian[22] = t34;
+    const float t35 = s1 * t28;
+    const float t36 = t35 + t32;
+    jacobian[28] = t36;
+    const float t37 = c23 * c5;
+    const float t38 = s23 * c5;
+
+    /* shoulder and elbow: angular part */
+    const float t39 = s23 * t30;
+    const float t40 = t39 - t37;
+    jacobian[35] = t40;
+    const float t41 = c23 * t30;
+    const float t42 = t38 + t41;
+
+    /* waist: angular part */
+    const float t43 = s1 * t29;
+    const float t44 = s1 * t42;
+    const float t45 = c1 * t42;
+    const float t46 = t43 + t45;
+    const float t47 = c1 * t29;
+    const float t48 = t47 - t44;
+    jacobian[29] = t48;
+    const float t49 = -t46;
+    jacobian[23] = t49;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0F;
+    jacobian[4] = 0.0F;
+    jacobian[5] = 0.0F;
+    jacobian[9] = 0.0F;
+    jacobian[10] = 0.0F;
+    jacobian[11] = 0.0F;
+    jacobian[12] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[17] = 0.0F;
+    jacobian[18] = 0.0F;
+    jacobian[24] = 0.0F;
+    jacobian[30] = 1.0F;
+    jacobian[31] = 0.0F;
+    jacobian[32] = 0.0F;
+}
+
+void puma560_f32_jacobian_local(const float q[restrict PUMA560_DOF], float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s3;
+    float c3;
+    KINEGEN_PUMA560_F32_SINCOS(q[2], &s3, &c3);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    jacobian[33] = c5;
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const float t0 = s5 * c6;
+    jacobian[21] = t0;
+    const float t1 = c3 * PUMA560_F32_A2_D4;
+    const float t2 = PUMA560_F32_A3 + t1;
+    const float t3 = s3 * PUMA560_F32_A2_D4;
+    const float t4 = t3 - PUMA560_F32_A2_D4;
+    const float t5 = -s6;
+    jacobian[22] = t5;
+    const float t6 = -c6;
+    jacobian[28] = t6;
+    const float t7 = s5 * s6;
+    const float t8 = -t7;
+    jacobian[27] = t8;
+    const float t9 = s4 * s5;
+    jacobian[31] = t9;
+    jacobian[32] = t9;
+    const float t10 = s4 * c5;
+    const float t11 = c4 * s6;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const float t12 = c6 * t10;
+    const float t13 = t11 + t12;
+    const float t14 = s6 * t10;
+    const float t15 = -t13;
+    jacobian[19] = t15;
+    jacobian[20] = t15;
+    const float t16 = c4 * c6;
+    const float t17 = t14 - t16;
+    jacobian[25] = t17;
+    jacobian[26] = t17;
+    const float t18 = s23 * c4;
+    const float t19 = s23 * s4;
+    const float t20 = c23 * c5;
+    const float t21 = c23 * s5;
+
+    /* wrist_bend: linear part and angular part */
+    const float t22 = s5 * t18;
+    const float t23 = t22 - t20;
+    jacobian[30] = t23;
+    const float t24 = c5 * t18;
+    const float t25 = t21 + t24;
+
+    /* forearm and flange: linear part and angular part */
+    const float t26 = c6 * t25;
+    const float t27 = s6 * t25;
+    const float t28 = s6 * t19;
+    const float t29 = t28 - t26;
+    jacobian[18] = t29;
+    const float t30 = c6 * t19;
+    const float t31 = t27 + t30;
+    jacobian[24] = t31;
+    const float t32 = c4 * PUMA560_F32_A2_D4;
+    const float t33 = s4 * PUMA560_F32_A2_D4;
+
+    /* wrist_bend: linear part */
+    const float t34 = c5 * PUMA560_F32_A3;
+    const float t35 = s5 * t32;
+    const float t36 = t34 + t35;
+    jacobian[14] = t36;
+    const float t37 = c5 * t32;
+    const float t38 = s5 * PUMA560_F32_A3;
+    const float t39 = t37 - t38;
+
+    /* flange: linear part */
+    const float t40 = c6 * t39;
+    const float t41 = s6 * t39;
+    const float t42 = s6 * t33;
+    const float t43 = t42 - t40;
+    jacobian[2] = t43;
+    const float t44 = c6 * t33;
+    const float t45 = t41 + t44;
+    jacobian[8] = t45;
+
+    /* forearm: linear part */
+    const float t46 = s4 * PUMA560_F32_D3;
+    const float t47 = s4 * t2;
+    const float t48 = c4 * t2;
+    const float t49 = t48 - t46;
+    const float t50 = c4 * PUMA560_F32_D3;
+    const float t51 = t50 + t47;
+
+    /* wrist_bend: linear part */
+    const float t52 = s5 * t4;
+    const float t53 = s5 * t49;
+    const float t54 = c5 * t49;
+    const float t55 = t54 - t52;
+    const float t56 = c5 * t4;
+    const float t57 = t53 + t56;
+
+    /* wrist_bend and flange: linear part */
+    const float t58 = c6 * t55;
+    const float t59 = s6 * t55;
+    const float t60 = s6 * t51;
+    const float t61 = t58 - t60;
+    const float t62 = c6 * t51;
+    const float t63 = t59 + t62;
+    const float t64 = t17 * t57;
+    const float t65 = t17 * t61;
+    const float t66 = t9 * t63;
+    const float t67 = t66 - t64;
+    jacobian[1] = t67;
+    const float t68 = t9 * t61;
+    const float t69 = t13 * t57;
+    const float t70 = t68 - t69;
+    jacobian[7] = t70;
+    const float t71 = t13 * t63;
+    const float t72 = t71 - t65;
+    jacobian[13] = t72;
+    const float t73 = t31 * t57;
+    const float t74 = t29 * t57;
+
+    /* flange: linear part */
+    const float t75 = t31 * t61;
+    const float t76 = t23 * t61;
+    const float t77 = t74 + t76;
+    jacobian[6] = t77;
+    const float t78 = t23 * t63;
+    const float t79 = t78 - t73;
+    jacobian[0] = t79;
+    const float t80 = t29 * t63;
+    const float t81 = t75 + t80;
+    const float t82 = -t81;
+    jacobian[12] = t82;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0F;
+    jacobian[4] = 0.0F;
+    jacobian[5] = 0.0F;
+    jacobian[9] = 0.0F;
+    jacobian[10] = 0.0F;
+    jacobian[11] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[17] = 0.0F;
+    jacobian[23] = 0.0F;
+    jacobian[29] = 0.0F;
+    jacobian[34] = 0.0F;
+    jacobian[35] = 1.0F;
+}
+
+void puma560_f32_jacobian_world(const float q[restrict PUMA560_DOF], float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const float t0 = c2 * PUMA560_F32_A2_D4;
+    jacobian[14] = t0;
+    const float t1 = s2 * PUMA560_F32_A2_D4;
+    const float t2 = c1 * t1;
+    jacobian[2] = t2;
+    const float t3 = s1 * t1;
+    jacobian[8] = t3;
+    const float t4 = -s1;
+    jacobian[19] = t4;
+    jacobian[20] = t4;
+    const float t5 = -c23;
+    jacobian[33] = t5;
+    const float t6 = c1 * s23;
+    const float t7 = -t6;
+    jacobian[21] = t7;
+    const float t8 = s1 * s23;
+    const float t9 = -t8;
+    jacobian[27] = t9;
+    const float t10 = s23 * s4;
+    const float t11 = -t10;
+    jacobian[34] = t11;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const float t12 = c23 * s4;
+    const float t13 = s4 * s5;
+    const float t14 = c4 * s5;
+    const float t15 = s1 * c4;
+    const float t16 = c1 * c4;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const float t17 = c1 * t12;
+    const float t18 = t17 - t15;
+    jacobian[22] = t18;
+    const float t19 = s1 * t12;
+    const float t20 = t19 + t16;
+    jacobian[28] = t20;
+    const float t21 = c23 * c5;
+    const float t22 = s23 * c5;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t23 = s23 * t14;
+    const float t24 = t23 - t21;
+    jacobian[35] = t24;
+    const float t25 = c23 * t14;
+    const float t26 = t22 + t25;
+
+    /* waist: linear part and angular part */
+    const float t27 = s1 * t13;
+    const float t28 = c1 * t13;
+    const float t29 = c1 * t26;
+    const float t30 = t27 + t29;
+    const float t31 = s1 * t26;
+    const float t32 = t28 - t31;
+    jacobian[29] = t32;
+    const float t33 = -t30;
+    jacobian[23] = t33;
+
+    /* shoulder and elbow: linear part */
+    const float t34 = s23 * PUMA560_F32_A2_D4;
+    const float t35 = s23 * PUMA560_F32_A3;
+    const float t36 = c23 * PUMA560_F32_A3;
+    const float t37 = t34 - t36;
+    const float t38 = t37 - t0;
+    const float t39 = c23 * PUMA560_F32_A2_D4;
+    const float t40 = t35 + t39;
+    const float t41 = t1 + t40;
+
+    /* waist: linear part */
+    const float t42 = s1 * PUMA560_F32_D3;
+    const float t43 = s1 * t38;
+    const float t44 = c1 * t38;
+    const float t45 = t42 + t44;
+    const float t46 = c1 * PUMA560_F32_D3;
+    const float t47 = t43 - t46;
+
+    /* waist, shoulder and elbow: linear part */
+    const float t48 = c23 * t47;
+    const float t49 = c23 * t45;
+    const float t50 = t8 * t41;
+    const float t51 = t48 - t50;
+    jacobian[3] = t51;
+    const float t52 = t8 * t45;
+    const float t53 = t6 * t41;
+    const float t54 = t53 - t49;
+    jacobian[9] = t54;
+    const float t55 = t6 * t47;
+    const float t56 = t52 - t55;
+    jacobian[15] = t56;
+    const float t57 = t10 * t47;
+    const float t58 = t10 * t45;
+    const float t59 = t20 * t41;
+    const float t60 = t57 + t59;
+    jacobian[4] = t60;
+    const float t61 = t20 * t45;
+    const float t62 = t18 * t41;
+    const float t63 = t58 + t62;
+    const float t64 = -t63;
+    jacobian[10] = t64;
+    const float t65 = t18 * t47;
+    const float t66 = t65 - t61;
+    jacobian[16] = t66;
+    const float t67 = t32 * t41;
+    const float t68 = t30 * t41;
+    const float t69 = t30 * t47;
+    const float t70 = t24 * t47;
+    const float t71 = t67 - t70;
+    jacobian[5] = t71;
+    const float t72 = t24 * t45;
+    const float t73 = t72 + t68;
+    jacobian[11] = t73;
+    const float t74 = t32 * t45;
+    const float t75 = t69 + t74;
+    const float t76 = -t75;
+    jacobian[17] = t76;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0F;
+    jacobian[1] = 0.0F;
+    jacobian[6] = 0.0F;
+    jacobian[7] = 0.0F;
+    jacobian[12] = 0.0F;
+    jacobian[13] = 0.0F;
+    jacobian[18] = 0.0F;
+    jacobian[24] = 0.0F;
+    jacobian[30] = 1.0F;
+    jacobian[31] = 0.0F;
+    jacobian[32] = 0.0F;
+}
+
+void puma560_f32_fk_jacobian(const float q[restrict PUMA560_DOF], float base_T_tool[restrict 16],
+                             float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const float t0 = c2 * PUMA560_F32_A2_D4;
+    const float t1 = s2 * PUMA560_F32_A2_D4;
+    const float t2 = -s1;
+    jacobian[19] = t2;
+    jacobian[20] = t2;
+    const float t3 = -c23;
+    jacobian[33] = t3;
+    const float t4 = c5 * c6;
+    const float t5 = s5 * c6;
+    const float t6 = s4 * s6;
+    const float t7 = c4 * s6;
+
+    /* forearm and wrist_bend: rotation and angular part */
+    const float t8 = c4 * t4;
+    const float t9 = t6 - t8;
+    const float t10 = s4 * t4;
+    const float t11 = t10 + t7;
+    const float t12 = c4 * s5;
+    const float t13 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rotation and angular part */
+    const float t14 = c23 * t9;
+    const float t15 = s23 * t9;
+    const float t16 = s23 * t5;
+    const float t17 = t14 + t16;
+    const float t18 = c23 * t5;
+    const float t19 = t15 - t18;
+    base_T_tool[8] = t19;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* shoulder and elbow: rotation and angular part */
+    const float t22 = c23 * t12;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t12;
+    const float t25 = t24 - t21;
+    base_T_tool[10] = t25;
+    jacobian[35] = t25;
+
+    /* shoulder, elbow and forearm: position, linear part and angular part */
+    const float t26 = s23 * PUMA560_F32_A2_D4;
+    const float t27 = c23 * PUMA560_F32_A3;
+    const float t28 = t26 - t27;
+    jacobian[14] = t28;
+    const float t29 = t28 - t0;
+    jacobian[13] = t29;
+    const float t30 = s23 * -PUMA560_F32_A3;
+    const float t31 = c23 * PUMA560_F32_A2_D4;
+    const float t32 = t30 - t31;
+    const float t33 = t32 - t1;
+    base_T_tool[11] = t33;
+    const float t34 = c23 * s4;
+    const float t35 = s23 * s4;
+    const float t36 = -t35;
+    jacobian[34] = t36;
+
+    /* waist: linear part */
+    const float t37 = c1 * t33;
+    jacobian[1] = t37;
+    const float t38 = s1 * t33;
+    jacobian[7] = t38;
+    const float t39 = c1 * t32;
+    jacobian[2] = t39;
+    const float t40 = s1 * t32;
+    jacobian[8] = t40;
+
+    /* waist: rotation */
+    const float t41 = c1 * t17;
+    const float t42 = s1 * t17;
+    const float t43 = s1 * t11;
+    const float t44 = t43 - t41;
+    base_T_tool[0] = t44;
+    const float t45 = c1 * t11;
+    const float t46 = t42 + t45;
+    const float t47 = -t46;
+    base_T_tool[4] = t47;
+
+    /* waist: rotation and angular part */
+    const float t48 = s1 * t13;
+    const float t49 = c1 * t13;
+    const float t50 = c1 * t23;
+    const float t51 = t48 + t50;
+    const float t52 = s1 * t23;
+    const float t53 = t49 - t52;
+    base_T_tool[6] = t53;
+    jacobian[29] = t53;
+    const float t54 = -t51;
+    base_T_tool[2] = t54;
+    jacobian[23] = t54;
+
+    /* waist: position and linear part */
+    const float t55 = s1 * -PUMA560_F32_D3;
+    const float t56 = c1 * t29;
+    const float t57 = t55 - t56;
+    base_T_tool[3] = t57;
+    jacobian[6] = t57;
+    const float t58 = s1 * t29;
+    const float t59 = c1 * PUMA560_F32_D3;
+    const float t60 = t58 - t59;
+    jacobian[0] = t60;
+    const float t61 = -t60;
+    base_T_tool[7] = t61;
+
+    /* waist: rotation */
+    const float t62 = t19 * t53;
+    const float t63 = t19 * t51;
+    const float t64 = t46 * t51;
+    const float t65 = t25 * t46;
+    const float t66 = t62 + t65;
+    base_T_tool[1] = t66;
+    const float t67 = t25 * t44;
+    const float t68 = t63 + t67;
+    base_T_tool[5] = t68;
+    const float t69 = t44 * t53;
+    const float t70 = t64 - t69;
+    base_T_tool[9] = t70;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const float t71 = c1 * s23;
+    const float t72 = -t71;
+    jacobian[21] = t72;
+    const float t73 = s1 * s23;
+    const float t74 = -t73;
+    jacobian[27] = t74;
+    const float t75 = s1 * c4;
+    const float t76 = s1 * t34;
+    const float t77 = c1 * t34;
+    const float t78 = t77 - t75;
+    jacobian[22] = t78;
+    const float t79 = c1 * c4;
+    const float t80 = t76 + t79;
+    jacobian[28] = t80;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0F;
+    jacobian[4] = 0.0F;
+    jacobian[5] = 0.0F;
+    jacobian[9] = 0.0F;
+    jacobian[10] = 0.0F;
+    jacobian[11] = 0.0F;
+    jacobian[12] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[17] = 0.0F;
+    jacobian[18] = 0.0F;
+    jacobian[24] = 0.0F;
+    jacobian[30] = 1.0F;
+    jacobian[31] = 0.0F;
+    jacobian[32] = 0.0F;
+    base_T_tool[12] = 0.0F;
+    base_T_tool[13] = 0.0F;
+    base_T_tool[14] = 0.0F;
+    base_T_tool[15] = 1.0F;
+}
+
+void puma560_f32_fk_jacobian_local(const float q[restrict PUMA560_DOF], float base_T_tool[restrict 16],
+                                   float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    jacobian[33] = c5;
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder, forearm, wrist_bend and flange: all results */
+    const float t0 = c2 * PUMA560_F32_A2_D4;
+    const float t1 = s2 * PUMA560_F32_A2_D4;
+    const float t2 = -s6;
+    jacobian[22] = t2;
+    const float t3 = -c6;
+    jacobian[28] = t3;
+    const float t4 = c5 * c6;
+    const float t5 = c5 * s6;
+    const float t6 = s4 * s6;
+    const float t7 = c4 * t4;
+    const float t8 = t7 - t6;
+    const float t9 = s4 * t4;
+    const float t10 = s4 * c6;
+    const float t11 = c4 * t5;
+    const float t12 = t10 + t11;
+    const float t13 = s4 * t5;
+    const float t14 = c4 * s5;
+
+    /* shoulder, elbow, wrist_bend and flange: rotation, linear part and angular part */
+    const float t15 = s5 * c6;
+    jacobian[21] = t15;
+    const float t16 = s5 * s6;
+    const float t17 = -t16;
+    jacobian[27] = t17;
+    const float t18 = s23 * t15;
+    const float t19 = c23 * t15;
+    const float t20 = c23 * t8;
+    const float t21 = t20 - t18;
+    const float t22 = s23 * t8;
+    const float t23 = t22 + t19;
+    const float t24 = -t23;
+    base_T_tool[8] = t24;
+    jacobian[18] = t24;
+    const float t25 = s23 * t16;
+    const float t26 = c23 * t16;
+    const float t27 = c23 * t12;
+    const float t28 = t25 - t27;
+    const float t29 = s23 * t12;
+    const float t30 = t29 + t26;
+    base_T_tool[9] = t30;
+    jacobian[24] = t30;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part */
+    const float t31 = s23 * c5;
+    const float t32 = c23 * t14;
+    const float t33 = t31 + t32;
+    const float t34 = s23 * t14;
+    const float t35 = c4 * s6;
+    const float t36 = t9 + t35;
+    const float t37 = -t36;
+    jacobian[19] = t37;
+    jacobian[20] = t37;
+    const float t38 = c4 * c6;
+    const float t39 = t13 - t38;
+    jacobian[25] = t39;
+    jacobian[26] = t39;
+    const float t40 = s4 * s5;
+    jacobian[31] = t40;
+    jacobian[32] = t40;
+
+    /* waist: rotation */
+    const float t41 = s1 * t36;
+    const float t42 = c1 * t21;
+    const float t43 = t41 + t42;
+    base_T_tool[0] = t43;
+    const float t44 = s1 * t21;
+    const float t45 = s1 * t39;
+    const float t46 = c1 * t28;
+    const float t47 = t46 - t45;
+    base_T_tool[1] = t47;
+    const float t48 = s1 * t28;
+    const float t49 = s1 * t40;
+    const float t50 = c1 * t33;
+    const float t51 = t49 + t50;
+    const float t52 = -t51;
+    base_T_tool[2] = t52;
+    const float t53 = s1 * t33;
+    const float t54 = c1 * t36;
+    const float t55 = t44 - t54;
+    base_T_tool[4] = t55;
+    const float t56 = c1 * t39;
+    const float t57 = t48 + t56;
+    base_T_tool[5] = t57;
+    const float t58 = c1 * t40;
+    const float t59 = t58 - t53;
+    base_T_tool[6] = t59;
+
+    /* shoulder, elbow and wrist_bend: all results */
+    const float t60 = c23 * c5;
+    const float t61 = t34 - t60;
+    base_T_tool[10] = t61;
+    jacobian[30] = t61;
+    const float t62 = s23 * PUMA560_F32_A2_D4;
+    const float t63 = c23 * PUMA560_F32_A3;
+    const float t64 = t62 - t63;
+    const float t65 = t64 - t0;
+    const float t66 = s23 * -PUMA560_F32_A3;
+    const float t67 = c23 * PUMA560_F32_A2_D4;
+    const float t68 = t66 - t67;
+    const float t69 = t68 - t1;
+    base_T_tool[11] = t69;
+
+    /* waist and forearm: position and linear part */
+    const float t70 = s1 * -PUMA560_F32_D3;
+    const float t71 = s1 * t65;
+    const float t72 = c1 * t65;
+    const float t73 = t70 - t72;
+    base_T_tool[3] = t73;
+    const float t74 = c1 * PUMA560_F32_D3;
+    const float t75 = t74 - t71;
+    base_T_tool[7] = t75;
+    const float t76 = c4 * PUMA560_F32_A2_D4;
+    const float t77 = s4 * PUMA560_F32_A2_D4;
+
+    /* wrist_bend: linear part */
+    const float t78 = c5 * PUMA560_F32_A3;
+    const float t79 = s5 * t76;
+    const float t80 = t78 + t79;
+    jacobian[14] = t80;
+    const float t81 = c5 * t76;
+    const float t82 = s5 * PUMA560_F32_A3;
+    const float t83 = t81 - t82;
+
+    /* flange: linear part */
+    const float t84 = c6 * t83;
+    const float t85 = s6 * t83;
+    const float t86 = s6 * t77;
+    const float t87 = t86 - t84;
+    jacobian[2] = t87;
+    const float t88 = c6 * t77;
+    const float t89 = t85 + t88;
+    jacobian[8] = t89;
+
+    /* shoulder and elbow: linear part */
+    const float t90 = s23 * t1;
+    const float t91 = c23 * t1;
+    const float t92 = c23 * t0;
+    const float t93 = t90 + t92;
+    const float t94 = s23 * t0;
+    const float t95 = t94 - t91;
+    const float t96 = PUMA560_F32_A3 + t93;
+    const float t97 = t95 - PUMA560_F32_A2_D4;
+
+    /* forearm: linear part */
+    const float t98 = s4 * PUMA560_F32_D3;
+    const float t99 = s4 * t96;
+    const float t100 = c4 * t96;
+    const float t101 = t100 - t98;
+    const float t102 = c4 * PUMA560_F32_D3;
+    const float t103 = t102 + t99;
+
+    /* wrist_bend: linear part */
+    const float t104 = s5 * t97;
+    const float t105 = s5 * t101;
+    const float t106 = c5 * t101;
+    const float t107 = t106 - t104;
+    const float t108 = c5 * t97;
+    const float t109 = t105 + t108;
+
+    /* wrist_bend and flange: linear part */
+    const float t110 = c6 * t107;
+    const float t111 = s6 * t107;
+    const float t112 = s6 * t103;
+    const float t113 = t110 - t112;
+    const float t114 = c6 * t103;
+    const float t115 = t111 + t114;
+    const float t116 = t40 * t115;
+    const float t117 = t40 * t113;
+    const float t118 = t39 * t109;
+    const float t119 = t116 - t118;
+    jacobian[1] = t119;
+    const float t120 = t39 * t113;
+    const float t121 = t36 * t109;
+    const float t122 = t117 - t121;
+    jacobian[7] = t122;
+    const float t123 = t36 * t115;
+    const float t124 = t123 - t120;
+    jacobian[13] = t124;
+    const float t125 = t61 * t115;
+    const float t126 = t61 * t113;
+    const float t127 = t23 * t115;
+    const float t128 = t23 * t109;
+    const float t129 = t126 - t128;
+    jacobian[6] = t129;
+    const float t130 = t30 * t109;
+    const float t131 = t125 - t130;
+    jacobian[0] = t131;
+    const float t132 = t30 * t113;
+    const float t133 = t127 - t132;
+    jacobian[12] = t133;
+
+    /* Entries that need no computing */
+    jacobian[3] = 0.0F;
+    jacobian[4] = 0.0F;
+    jacobian[5] = 0.0F;
+    jacobian[9] = 0.0F;
+    jacobian[10] = 0.0F;
+    jacobian[11] = 0.0F;
+    jacobian[15] = 0.0F;
+    jacobian[16] = 0.0F;
+    jacobian[17] = 0.0F;
+    jacobian[23] = 0.0F;
+    jacobian[29] = 0.0F;
+    jacobian[34] = 0.0F;
+    jacobian[35] = 1.0F;
+    base_T_tool[12] = 0.0F;
+    base_T_tool[13] = 0.0F;
+    base_T_tool[14] = 0.0F;
+    base_T_tool[15] = 1.0F;
+}
+
+void puma560_f32_fk_jacobian_world(const float q[restrict PUMA560_DOF], float base_T_tool[restrict 16],
+                                   float jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    jacobian[25] = c1;
+    jacobian[26] = c1;
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const float t0 = c2 * PUMA560_F32_A2_D4;
+    jacobian[14] = t0;
+    const float t1 = s2 * PUMA560_F32_A2_D4;
+    const float t2 = c1 * t1;
+    jacobian[2] = t2;
+    const float t3 = s1 * t1;
+    jacobian[8] = t3;
+    const float t4 = -s1;
+    jacobian[19] = t4;
+    jacobian[20] = t4;
+    const float t5 = -c23;
+    jacobian[33] = t5;
+    const float t6 = c5 * c6;
+    const float t7 = s5 * c6;
+    const float t8 = s4 * s6;
+    const float t9 = c4 * s6;
+
+    /* forearm and wrist_bend: rotation, linear part and angular part */
+    const float t10 = c4 * t6;
+    const float t11 = t8 - t10;
+    const float t12 = s4 * t6;
+    const float t13 = t12 + t9;
+    const float t14 = c4 * s5;
+    const float t15 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rotation, linear part and angular part */
+    const float t16 = c23 * t11;
+    const float t17 = s23 * t11;
+    const float t18 = s23 * t7;
+    const float t19 = t16 + t18;
+    const float t20 = c23 * t7;
+    const float t21 = t17 - t20;
+    base_T_tool[8] = t21;
+    const float t22 = s23 * c5;
+    const float t23 = c23 * c5;
+
+    /* shoulder and elbow: rotation, linear part and angular part */
+    const float t24 = c23 * t14;
+    const float t25 = t22 + t24;
+    const float t26 = s23 * t14;
+    const float t27 = t26 - t23;
+    base_T_tool[10] = t27;
+    jacobian[35] = t27;
+
+    /* shoulder and elbow: position and linear part */
+    const float t28 = s23 * PUMA560_F32_A2_D4;
+    const float t29 = c23 * PUMA560_F32_A3;
+    const float t30 = t28 - t29;
+    const float t31 = t30 - t0;
+    const float t32 = s23 * PUMA560_F32_A3;
+    const float t33 = c23 * PUMA560_F32_A2_D4;
+    const float t34 = t32 + t33;
+    const float t35 = t34 + t1;
+    const float t36 = -t35;
+    base_T_tool[11] = t36;
+
+    /* waist: rotation */
+    const float t37 = c1 * t19;
+    const float t38 = s1 * t19;
+    const float t39 = s1 * t13;
+    const float t40 = t39 - t37;
+    base_T_tool[0] = t40;
+    const float t41 = c1 * t13;
+    const float t42 = t38 + t41;
+    const float t43 = -t42;
+    base_T_tool[4] = t43;
+
+    /* waist: rotation, linear part and angular part */
+    const float t44 = s1 * t15;
+    const float t45 = c1 * t15;
+    const float t46 = c1 * t25;
+    const float t47 = t44 + t46;
+    const float t48 = s1 * t25;
+    const float t49 = t45 - t48;
+    base_T_tool[6] = t49;
+    jacobian[29] = t49;
+    const float t50 = -t47;
+    base_T_tool[2] = t50;
+    jacobian[23] = t50;
+
+    /* waist: position and linear part */
+    const float t51 = s1 * -PUMA560_F32_D3;
+    const float t52 = c1 * t31;
+    const float t53 = t51 - t52;
+    base_T_tool[3] = t53;
+    const float t54 = s1 * t31;
+    const float t55 = c1 * PUMA560_F32_D3;
+    const float t56 = t55 - t54;
+    base_T_tool[7] = t56;
+
+    /* waist, shoulder and elbow: rotation, linear part and angular part */
+    const float t57 = t21 * t49;
+    const float t58 = t21 * t47;
+    const float t59 = t27 * t42;
+    const float t60 = t57 + t59;
+    base_T_tool[1] = t60;
+    const float t61 = t42 * t47;
+    const float t62 = t27 * t40;
+    const float t63 = t58 + t62;
+    base_T_tool[5] = t63;
+    const float t64 = t40 * t49;
+    const float t65 = t61 - t64;
+    base_T_tool[9] = t65;
+    const float t66 = c1 * s23;
+    const float t67 = -t66;
+    jacobian[21] = t67;
+    const float t68 = s1 * s23;
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const float t69 = s23 * s4;
+    const float t70 = c23 * s4;
+    const float t71 = -t68;
+    jacobian[27] = t71;
+    const float t72 = -t69;
+    jacobian[34] = t72;
+    const float t73 = s1 * c4;
+    const float t74 = s1 * t70;
+    const float t75 = c1 * t70;
+    const float t76 = t75 - t73;
+    jacobian[22] = t76;
+    const float t77 = c1 * c4;
+    const float t78 = t74 + t77;
+    jacobian[28] = t78;
+    const float t79 = c23 * t56;
+    const float t80 = c23 * t53;
+
+    /* waist, shoulder, elbow and forearm: linear part */
+    const float t81 = t35 * t68;
+    const float t82 = t79 + t81;
+    const float t83 = -t82;
+    jacobian[3] = t83;
+    const float t84 = t53 * t68;
+    const float t85 = t35 * t66;
+    const float t86 = t80 + t85;
+    jacobian[9] = t86;
+    const float t87 = t56 * t66;
+    const float t88 = t87 - t84;
+    jacobian[15] = t88;
+    const float t89 = t35 * t78;
+    const float t90 = t53 * t78;
+    const float t91 = t56 * t69;
+    const float t92 = t89 - t91;
+    jacobian[4] = t92;
+    const float t93 = t53 * t69;
+
+    /* waist: linear part */
+    const float t94 = t35 * t76;
+    const float t95 = t93 - t94;
+    jacobian[10] = t95;
+    const float t96 = t56 * t76;
+    const float t97 = t90 - t96;
+    jacobian[16] = t97;
+    const float t98 = t27 * t56;
+    const float t99 = t27 * t53;
+    const float t100 = t47 * t56;
+    const float t101 = t35 * t47;
+    const float t102 = t101 - t99;
+    jacobian[11] = t102;
+    const float t103 = t35 * t49;
+    const float t104 = t98 + t103;
+    jacobian[5] = t104;
+    const float t105 = t49 * t53;
+    const float t106 = t100 + t105;
+    jacobian[17] = t106;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0F;
+    jacobian[1] = 0.0F;
+    jacobian[6] = 0.0F;
+    jacobian[7] = 0.0F;
+    jacobian[12] = 0.0F;
+    jacobian[13] = 0.0F;
+    jacobian[18] = 0.0F;
+    jacobian[24] = 0.0F;
+    jacobian[30] = 1.0F;
+    jacobian[31] = 0.0F;
+    jacobian[32] = 0.0F;
+    base_T_tool[12] = 0.0F;
+    base_T_tool[13] = 0.0F;
+    base_T_tool[14] = 0.0F;
+    base_T_tool[15] = 1.0F;
+}
+
+void puma560_f32_twist(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                       float twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const float t0 = qd[5] * s5;
+    const float t1 = qd[5] * c5;
+    const float t2 = qd[3] + t1;
+    const float t3 = c2 * PUMA560_F32_A2_D4;
+    const float t4 = s2 * PUMA560_F32_A2_D4;
+
+    /* forearm: angular part */
+    const float t5 = qd[4] * s4;
+    const float t6 = s4 * t0;
+    const float t7 = c4 * t0;
+    const float t8 = t7 - t5;
+    const float t9 = qd[4] * c4;
+    const float t10 = t9 + t6;
+    const float t11 = qd[2] + t10;
+    const float t12 = qd[1] + t11;
+
+    /* shoulder and elbow: linear part */
+    const float t13 = s23 * PUMA560_F32_A2_D4;
+    const float t14 = c23 * PUMA560_F32_A3;
+    const float t15 = t13 - t14;
+    const float t16 = t15 - t3;
+    const float t17 = qd[2] * t15;
+    const float t18 = s23 * PUMA560_F32_A3;
+    const float t19 = c23 * PUMA560_F32_A2_D4;
+    const float t20 = t18 + t19;
+    const float t21 = t20 + t4;
+    const float t22 = qd[2] * t20;
+    const float t23 = qd[1] * t21;
+    const float t24 = t22 + t23;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t25 = s23 * t2;
+    const float t26 = s23 * t8;
+    const float t27 = c23 * t8;
+    const float t28 = t25 + t27;
+    const float t29 = c23 * t2;
+    const float t30 = t29 - t26;
+    const float t31 = qd[0] - t30;
+    twist[5] = t31;
+    const float t32 = qd[1] * t16;
+    const float t33 = t17 + t32;
+    twist[2] = t33;
+
+    /* waist: linear part */
+    const float t34 = s1 * PUMA560_F32_D3;
+    const float t35 = c1 * t16;
+    const float t36 = t34 + t35;
+    const float t37 = s1 * t16;
+    const float t38 = qd[0] * t36;
+    const float t39 = c1 * PUMA560_F32_D3;
+    const float t40 = t37 - t39;
+    const float t41 = qd[0] * t40;
+    const float t42 = c1 * t24;
+    const float t43 = t41 - t42;
+    twist[0] = t43;
+    const float t44 = s1 * t24;
+    const float t45 = t44 + t38;
+    const float t46 = -t45;
+    twist[1] = t46;
+
+    /* waist: angular part */
+    const float t47 = s1 * t12;
+    const float t48 = c1 * t12;
+    const float t49 = c1 * t28;
+    const float t50 = t47 + t49;
+    const float t51 = s1 * t28;
+    const float t52 = t48 - t51;
+    twist[4] = t52;
+    const float t53 = -t50;
+    twist[3] = t53;
+}
+
+void puma560_f32_twist_local(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                             float twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s3;
+    float c3;
+    KINEGEN_PUMA560_F32_SINCOS(q[2], &s3, &c3);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t0 = qd[0] * s23;
+    const float t1 = qd[0] * c23;
+    const float t2 = qd[1] * s3;
+    const float t3 = PUMA560_F32_A2_D4 * t2;
+    const float t4 = s3 * t0;
+    const float t5 = PUMA560_F32_A2_D4 * t4;
+    const float t6 = c3 * t1;
+    const float t7 = PUMA560_F32_A2_D4 * t6;
+    const float t8 = t5 + t7;
+    const float t9 = qd[1] * c3;
+    const float t10 = PUMA560_F32_A2_D4 * t9;
+    const float t11 = qd[1] + qd[2];
+    const float t12 = t1 * PUMA560_F32_D3;
+    const float t13 = t12 - t3;
+    const float t14 = t1 * PUMA560_F32_A3;
+    const float t15 = t8 + t14;
+    const float t16 = qd[3] - t1;
+    const float t17 = t0 * PUMA560_F32_D3;
+    const float t18 = t10 + t17;
+    const float t19 = t11 * PUMA560_F32_A3;
+    const float t20 = t19 + t18;
+
+    /* forearm: linear part */
+    const float t21 = s4 * t15;
+    const float t22 = c4 * t15;
+    const float t23 = c4 * t13;
+    const float t24 = t21 + t23;
+    const float t25 = s4 * t13;
+    const float t26 = t25 - t22;
+
+    /* forearm: linear part and angular part */
+    const float t27 = s4 * t11;
+    const float t28 = c4 * t11;
+    const float t29 = c4 * t0;
+    const float t30 = t27 + t29;
+    const float t31 = s4 * t0;
+    const float t32 = t31 - t28;
+    const float t33 = PUMA560_F32_A2_D4 * t32;
+    const float t34 = t24 - t33;
+    const float t35 = t32 - qd[4];
+    const float t36 = PUMA560_F32_A2_D4 * t30;
+    const float t37 = t26 + t36;
+
+    /* wrist_bend: linear part */
+    const float t38 = c5 * t34;
+    const float t39 = s5 * t34;
+    const float t40 = s5 * t20;
+    const float t41 = t40 - t38;
+    const float t42 = c5 * t20;
+    const float t43 = t39 + t42;
+    twist[2] = t43;
+
+    /* wrist_bend: angular part */
+    const float t44 = s5 * t16;
+    const float t45 = s5 * t30;
+    const float t46 = c5 * t30;
+    const float t47 = t46 - t44;
+    const float t48 = c5 * t16;
+    const float t49 = t45 + t48;
+    const float t50 = qd[5] + t49;
+    twist[5] = t50;
+
+    /* flange: linear part */
+    const float t51 = s6 * t37;
+    const float t52 = c6 * t37;
+    const float t53 = c6 * t41;
+    const float t54 = t51 + t53;
+    twist[0] = t54;
+    const float t55 = s6 * t41;
+    const float t56 = t52 - t55;
+    twist[1] = t56;
+
+    /* flange: angular part */
+    const float t57 = s6 * t35;
+    const float t58 = s6 * t47;
+    const float t59 = c6 * t47;
+    const float t60 = t57 - t59;
+    twist[3] = t60;
+    const float t61 = c6 * t35;
+    const float t62 = t58 + t61;
+    twist[4] = t62;
+}
+
+void puma560_f32_twist_world(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                             float twist[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const float t0 = qd[5] * s5;
+    const float t1 = qd[5] * c5;
+    const float t2 = qd[3] + t1;
+    const float t3 = qd[4] * 0.4318F;
+    const float t4 = t0 * PUMA560_F32_A2_D4;
+
+    /* forearm: linear part */
+    const float t5 = s4 * t4;
+    const float t6 = c4 * t4;
+    const float t7 = c4 * t3;
+    const float t8 = t5 + t7;
+    const float t9 = s4 * t3;
+    const float t10 = t9 - t6;
+
+    /* forearm: linear part and angular part */
+    const float t11 = qd[4] * s4;
+    const float t12 = s4 * t0;
+    const float t13 = c4 * t0;
+    const float t14 = t13 - t11;
+    const float t15 = qd[4] * c4;
+    const float t16 = t15 + t12;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const float t17 = t2 * PUMA560_F32_D3;
+    const float t18 = t17 - t8;
+    const float t19 = t2 * PUMA560_F32_A3;
+    const float t20 = t19 - t10;
+    const float t21 = t14 * PUMA560_F32_D3;
+    const float t22 = t16 * PUMA560_F32_A3;
+    const float t23 = t21 + t22;
+    const float t24 = qd[2] + t16;
+
+    /* shoulder and elbow: linear part */
+    const float t25 = s23 * t23;
+    const float t26 = c23 * t23;
+    const float t27 = c23 * t18;
+    const float t28 = t27 - t25;
+    const float t29 = s23 * t18;
+    const float t30 = t29 + t26;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t31 = s23 * t2;
+    const float t32 = s23 * t14;
+    const float t33 = c23 * t14;
+    const float t34 = t31 + t33;
+    const float t35 = c23 * t2;
+    const float t36 = t35 - t32;
+    const float t37 = qd[0] - t36;
+    twist[5] = t37;
+
+    /* shoulder: linear part */
+    const float t38 = c2 * t36;
+    const float t39 = PUMA560_F32_A2_D4 * t38;
+    const float t40 = c2 * t24;
+    const float t41 = PUMA560_F32_A2_D4 * t40;
+    const float t42 = t30 + t41;
+    twist[2] = t42;
+    const float t43 = s2 * t24;
+    const float t44 = PUMA560_F32_A2_D4 * t43;
+    const float t45 = t44 - t28;
+    const float t46 = s2 * t34;
+    const float t47 = PUMA560_F32_A2_D4 * t46;
+    const float t48 = t20 + t47;
+    const float t49 = t39 + t48;
+
+    /* waist and forearm: linear part and angular part */
+    const float t50 = qd[1] + t24;
+    const float t51 = s1 * t49;
+    const float t52 = c1 * t49;
+    const float t53 = c1 * t45;
+    const float t54 = t53 - t51;
+    twist[0] = t54;
+    const float t55 = s1 * t45;
+    const float t56 = t52 + t55;
+    twist[1] = t56;
+
+    /* waist: angular part */
+    const float t57 = s1 * t50;
+    const float t58 = c1 * t50;
+    const float t59 = c1 * t34;
+    const float t60 = t57 + t59;
+    const float t61 = s1 * t34;
+    const float t62 = t58 - t61;
+    twist[4] = t62;
+    const float t63 = -t60;
+    twist[3] = t63;
+}
+
+void puma560_f32_bias_acceleration(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                                   float bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const float t0 = qd[5] * s5;
+    const float t1 = qd[5] * c5;
+    const float t2 = c2 * 0.4318F;
+    const float t3 = s2 * 0.4318F;
+    const float t4 = qd[4] * t1;
+    const float t5 = qd[3] + t1;
+    const float t6 = qd[4] * t0;
+
+    /* forearm: angular part */
+    const float t7 = qd[4] * s4;
+    const float t8 = c4 * t0;
+    const float t9 = t8 - t7;
+    const float t10 = s4 * t0;
+    const float t11 = s4 * t4;
+    const float t12 = c4 * t4;
+    const float t13 = qd[4] * c4;
+    const float t14 = t13 + t10;
+    const float t15 = qd[3] * t14;
+    const float t16 = t15 - t12;
+    const float t17 = qd[2] + t14;
+    const float t18 = qd[1] + t17;
+    const float t19 = qd[3] * t9;
+    const float t20 = t11 + t19;
+
+    /* shoulder and elbow: linear part */
+    const float t21 = s23 * 0.4318F;
+    const float t22 = c23 * 0.0203F;
+    const float t23 = t21 - t22;
+    const float t24 = t23 - t2;
+    const float t25 = qd[2] * t23;
+    const float t26 = s23 * 0.0203F;
+    const float t27 = c23 * 0.4318F;
+    const float t28 = t26 + t27;
+    const float t29 = t28 + t3;
+    const float t30 = qd[2] * t28;
+    const float t31 = qd[1] * t29;
+    const float t32 = t30 + t31;
+
+    /* shoulder and elbow: angular part */
+    const float t33 = s23 * t5;
+    const float t34 = c23 * t5;
+    const float t35 = c23 * t9;
+    const float t36 = t33 + t35;
+    const float t37 = s23 * t9;
+    const float t38 = t34 - t37;
+    const float t39 = s23 * t6;
+    const float t40 = s23 * t16;
+    const float t41 = c23 * t16;
+    const float t42 = t39 + t41;
+    const float t43 = c23 * t6;
+    const float t44 = t43 - t40;
+
+    /* shoulder and elbow: linear part */
+    const float t45 = qd[2] * t25;
+    const float t46 = qd[2] * t30;
+    const float t47 = t30 + t32;
+    const float t48 = qd[1] * t47;
+    const float t49 = t46 + t48;
+    bias_acceleration[2] = t49;
+
+    /* shoulder and elbow: angular part */
+    const float t50 = qd[2] * t38;
+    const float t51 = t50 - t42;
+    const float t52 = qd[1] * t38;
+    const float t53 = t51 + t52;
+    const float t54 = qd[2] * t36;
+    const float t55 = t44 + t54;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t56 = qd[1] * t24;
+    const float t57 = t25 + t56;
+    const float t58 = t25 + t57;
+    const float t59 = qd[1] * t58;
+    const float t60 = t45 + t59;
+    const float t61 = qd[1] * t36;
+    const float t62 = t55 + t61;
+    bias_acceleration[5] = t62;
+
+    /* waist: linear part */
+    const float t63 = s1 * 0.15005F;
+    const float t64 = c1 * t24;
+    const float t65 = t63 + t64;
+    const float t66 = s1 * t24;
+    const float t67 = qd[0] * t65;
+    const float t68 = c1 * 0.15005F;
+    const float t69 = t66 - t68;
+    const float t70 = qd[0] * t69;
+    const float t71 = c1 * t32;
+    const float t72 = s1 * t32;
+    const float t73 = t70 - t71;
+    const float t74 = t71 - t73;
+    const float t75 = t72 + t67;
+    const float t76 = t72 + t75;
+    const float t77 = qd[0] * t76;
+    const float t78 = qd[0] * t74;
+
+    /* waist: angular part */
+    const float t79 = s1 * t18;
+    const float t80 = c1 * t18;
+    const float t81 = c1 * t36;
+    const float t82 = t79 + t81;
+    const float t83 = s1 * t36;
+    const float t84 = t83 - t80;
+    const float t85 = qd[0] * t84;
+    const float t86 = qd[0] * t82;
+
+    /* waist: linear part */
+    const float t87 = c1 * t60;
+    const float t88 = t87 + t77;
+    bias_acceleration[0] = t88;
+    const float t89 = s1 * t60;
+    const float t90 = t89 - t78;
+    bias_acceleration[1] = t90;
+
+    /* waist: angular part */
+    const float t91 = s1 * t20;
+    const float t92 = c1 * t20;
+    const float t93 = c1 * t53;
+    const float t94 = t91 + t93;
+    const float t95 = t85 - t94;
+    bias_acceleration[3] = t95;
+    const float t96 = s1 * t53;
+    const float t97 = t92 - t96;
+    const float t98 = t97 - t86;
+    bias_acceleration[4] = t98;
+}
+
+void puma560_f32_bias_acceleration_local(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                                         float bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s3;
+    float c3;
+    KINEGEN_PUMA560_F32_SINCOS(q[2], &s3, &c3);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t0 = qd[0] * s23;
+    const float t1 = qd[0] * c23;
+    const float t2 = qd[1] * t1;
+    const float t3 = qd[1] * t0;
+    const float t4 = qd[1] * s3;
+    const float t5 = 0.4318F * t4;
+    const float t6 = s3 * t0;
+    const float t7 = 0.4318F * t6;
+    const float t8 = s3 * t2;
+    const float t9 = 0.4318F * t8;
+    const float t10 = c3 * t1;
+    const float t11 = 0.4318F * t10;
+    const float t12 = t7 + t11;
+    const float t13 = qd[1] * c3;
+    const float t14 = 0.4318F * t13;
+    const float t15 = c3 * t3;
+    const float t16 = 0.4318F * t15;
+    const float t17 = t9 - t16;
+    const float t18 = qd[2] * t14;
+    const float t19 = qd[2] * t5;
+    const float t20 = qd[2] * t1;
+    const float t21 = t2 + t20;
+    const float t22 = qd[2] * t0;
+    const float t23 = t3 + t22;
+    const float t24 = qd[1] + qd[2];
+    const float t25 = t1 * 0.15005F;
+    const float t26 = t25 - t5;
+    const float t27 = t1 * 0.0203F;
+    const float t28 = t12 + t27;
+    const float t29 = qd[3] - t1;
+    const float t30 = t0 * 0.15005F;
+    const float t31 = t14 + t30;
+    const float t32 = t24 * 0.0203F;
+    const float t33 = t32 + t31;
+
+    /* shoulder and elbow: linear part */
+    const float t34 = t23 * 0.15005F;
+    const float t35 = t18 + t34;
+    const float t36 = t23 * 0.0203F;
+    const float t37 = t36 - t17;
+    const float t38 = t21 * 0.15005F;
+    const float t39 = t38 - t19;
+
+    /* forearm: linear part */
+    const float t40 = s4 * t28;
+    const float t41 = c4 * t28;
+    const float t42 = c4 * t26;
+    const float t43 = t40 + t42;
+    const float t44 = s4 * t26;
+    const float t45 = t44 - t41;
+
+    /* forearm: linear part and angular part */
+    const float t46 = s4 * t24;
+    const float t47 = c4 * t24;
+    const float t48 = c4 * t0;
+    const float t49 = t46 + t48;
+    const float t50 = s4 * t0;
+    const float t51 = t50 - t47;
+    const float t52 = s4 * t37;
+    const float t53 = c4 * t37;
+    const float t54 = c4 * t35;
+    const float t55 = t52 + t54;
+    const float t56 = s4 * t35;
+    const float t57 = t56 - t53;
+    const float t58 = c4 * t21;
+    const float t59 = s4 * t21;
+    const float t60 = qd[3] * t45;
+    const float t61 = t55 + t60;
+    const float t62 = qd[3] * t43;
+    const float t63 = t62 - t57;
+    const float t64 = qd[3] * t51;
+    const float t65 = t64 - t58;
+    const float t66 = qd[3] * t49;
+    const float t67 = t59 + t66;
+    const float t68 = 0.4318F * t51;
+    const float t69 = t43 - t68;
+    const float t70 = t51 - qd[4];
+    const float t71 = 0.4318F * t49;
+    const float t72 = t45 + t71;
+    const float t73 = 0.4318F * t67;
+    const float t74 = t61 + t73;
+    const float t75 = 0.4318F * t65;
+    const float t76 = t63 - t75;
+
+    /* wrist_bend: linear part */
+    const float t77 = c5 * t69;
+    const float t78 = s5 * t69;
+    const float t79 = s5 * t33;
+    const float t80 = t79 - t77;
+    const float t81 = c5 * t33;
+    const float t82 = t78 + t81;
+    const float t83 = qd[4] * t82;
+
+    /* wrist_bend: angular part */
+    const float t84 = s5 * t29;
+    const float t85 = c5 * t29;
+    const float t86 = c5 * t49;
+    const float t87 = t86 - t84;
+    const float t88 = s5 * t49;
+    const float t89 = t88 + t85;
+    const float t90 = qd[4] * t89;
+
+    /* wrist_bend: linear part */
+    const float t91 = s5 * t39;
+    const float t92 = c5 * t39;
+    const float t93 = c5 * t74;
+    const float t94 = t91 + t93;
+    const float t95 = t94 + t83;
+    const float t96 = s5 * t74;
+    const float t97 = t92 - t96;
+
+    /* wrist_bend: linear part and angular part */
+    const float t98 = s5 * t23;
+    const float t99 = s5 * t65;
+    const float t100 = c5 * t65;
+    const float t101 = t98 + t100;
+    const float t102 = c5 * t23;
+    const float t103 = t102 - t99;
+    const float t104 = t101 + t90;
+    const float t105 = qd[4] * t80;
+    const float t106 = t97 - t105;
+    bias_acceleration[2] = t106;
+    const float t107 = qd[4] * t87;
+    const float t108 = t103 + t107;
+    bias_acceleration[5] = t108;
+
+    /* flange: linear part */
+    const float t109 = s6 * t72;
+    const float t110 = c6 * t72;
+    const float t111 = c6 * t80;
+    const float t112 = t109 + t111;
+    const float t113 = s6 * t80;
+    const float t114 = t110 - t113;
+    const float t115 = qd[5] * t114;
+    const float t116 = qd[5] * t112;
+
+    /* flange: angular part */
+    const float t117 = s6 * t70;
+    const float t118 = c6 * t70;
+    const float t119 = c6 * t87;
+    const float t120 = t119 - t117;
+    const float t121 = s6 * t87;
+    const float t122 = t121 + t118;
+    const float t123 = qd[5] * t122;
+    const float t124 = qd[5] * t120;
+
+    /* flange: linear part */
+    const float t125 = s6 * t76;
+    const float t126 = c6 * t76;
+    const float t127 = c6 * t95;
+    const float t128 = t125 + t127;
+    const float t129 = t128 + t115;
+    bias_acceleration[0] = t129;
+    const float t130 = s6 * t95;
+    const float t131 = t126 - t130;
+    const float t132 = t131 - t116;
+    bias_acceleration[1] = t132;
+
+    /* flange: angular part */
+    const float t133 = s6 * t67;
+    const float t134 = s6 * t104;
+    const float t135 = c6 * t104;
+    const float t136 = t133 + t135;
+    const float t137 = t136 + t123;
+    bias_acceleration[3] = t137;
+    const float t138 = c6 * t67;
+    const float t139 = t138 - t134;
+    const float t140 = t139 + t124;
+    bias_acceleration[4] = t140;
+}
+
+void puma560_f32_bias_acceleration_world(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                                         float bias_acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const float t0 = qd[5] * s5;
+    const float t1 = qd[5] * c5;
+    const float t2 = qd[4] * t1;
+    const float t3 = qd[3] + t1;
+    const float t4 = qd[4] * t0;
+    const float t5 = qd[4] * 0.4318F;
+    const float t6 = t0 * 0.4318F;
+    const float t7 = t2 * 0.4318F;
+
+    /* forearm: linear part */
+    const float t8 = s4 * t6;
+    const float t9 = c4 * t6;
+    const float t10 = c4 * t5;
+    const float t11 = t8 + t10;
+    const float t12 = s4 * t5;
+    const float t13 = t12 - t9;
+
+    /* forearm: linear part and angular part */
+    const float t14 = qd[4] * s4;
+    const float t15 = c4 * t0;
+    const float t16 = t15 - t14;
+    const float t17 = s4 * t0;
+    const float t18 = qd[4] * c4;
+    const float t19 = t18 + t17;
+    const float t20 = s4 * t7;
+    const float t21 = c4 * t7;
+    const float t22 = c4 * t2;
+    const float t23 = s4 * t2;
+    const float t24 = qd[3] * t13;
+    const float t25 = t24 - t20;
+    const float t26 = qd[3] * t11;
+    const float t27 = t26 - t21;
+    const float t28 = qd[3] * t19;
+    const float t29 = t28 - t22;
+    const float t30 = qd[3] * t16;
+    const float t31 = t23 + t30;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const float t32 = t3 * 0.15005F;
+    const float t33 = t32 - t11;
+    const float t34 = t3 * 0.0203F;
+    const float t35 = t34 - t13;
+    const float t36 = t16 * 0.15005F;
+    const float t37 = t19 * 0.0203F;
+    const float t38 = t36 + t37;
+    const float t39 = qd[2] + t19;
+    const float t40 = t4 * 0.15005F;
+    const float t41 = t25 - t40;
+    const float t42 = t4 * 0.0203F;
+    const float t43 = t27 + t42;
+    const float t44 = t29 * 0.15005F;
+    const float t45 = t31 * 0.0203F;
+    const float t46 = t44 - t45;
+
+    /* shoulder and elbow: linear part */
+    const float t47 = s23 * t38;
+    const float t48 = c23 * t38;
+    const float t49 = c23 * t33;
+    const float t50 = t49 - t47;
+    const float t51 = s23 * t33;
+    const float t52 = t51 + t48;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t53 = s23 * t3;
+    const float t54 = c23 * t3;
+    const float t55 = c23 * t16;
+    const float t56 = t53 + t55;
+    const float t57 = s23 * t16;
+    const float t58 = t54 - t57;
+
+    /* shoulder and elbow: linear part */
+    const float t59 = s23 * t46;
+    const float t60 = c23 * t46;
+    const float t61 = c23 * t41;
+    const float t62 = t59 + t61;
+    const float t63 = s23 * t41;
+    const float t64 = t63 - t60;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t65 = s23 * t4;
+    const float t66 = c23 * t4;
+    const float t67 = c23 * t29;
+    const float t68 = t65 + t67;
+    const float t69 = s23 * t29;
+    const float t70 = t69 - t66;
+    const float t71 = qd[2] * t52;
+    const float t72 = t71 - t62;
+    const float t73 = qd[2] * t50;
+    const float t74 = t64 + t73;
+    const float t75 = qd[2] * t58;
+    const float t76 = t75 - t68;
+    const float t77 = qd[2] * t56;
+    const float t78 = t77 - t70;
+    const float t79 = s2 * t39;
+    const float t80 = 0.4318F * t79;
+    const float t81 = t50 - t80;
+    const float t82 = s2 * t56;
+    const float t83 = 0.4318F * t82;
+    const float t84 = t35 + t83;
+    const float t85 = c2 * t58;
+    const float t86 = 0.4318F * t85;
+    const float t87 = t86 + t84;
+    const float t88 = qd[1] * t58;
+    const float t89 = t76 + t88;
+
+    /* shoulder and forearm: linear part and angular part */
+    const float t90 = s2 * t76;
+    const float t91 = s2 * t31;
+    const float t92 = 0.4318F * t91;
+    const float t93 = t72 + t92;
+    const float t94 = 0.4318F * t90;
+    const float t95 = t43 - t94;
+    const float t96 = c2 * t39;
+    const float t97 = 0.4318F * t96;
+    const float t98 = t52 + t97;
+    const float t99 = qd[1] * t98;
+    const float t100 = t93 + t99;
+    const float t101 = qd[1] + t39;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t102 = c2 * t78;
+    const float t103 = 0.4318F * t102;
+    const float t104 = t103 + t95;
+    const float t105 = c2 * t31;
+    const float t106 = 0.4318F * t105;
+    const float t107 = t74 + t106;
+    const float t108 = qd[1] * t81;
+    const float t109 = t107 + t108;
+    bias_acceleration[2] = t109;
+    const float t110 = qd[1] * t56;
+    const float t111 = t78 + t110;
+    bias_acceleration[5] = t111;
+
+    /* waist: linear part */
+    const float t112 = s1 * t87;
+    const float t113 = c1 * t87;
+    const float t114 = c1 * t81;
+    const float t115 = t112 + t114;
+    const float t116 = s1 * t81;
+    const float t117 = t116 - t113;
+    const float t118 = qd[0] * t117;
+    const float t119 = qd[0] * t115;
+
+    /* waist: angular part */
+    const float t120 = s1 * t101;
+    const float t121 = c1 * t101;
+    const float t122 = c1 * t56;
+    const float t123 = t120 + t122;
+    const float t124 = s1 * t56;
+    const float t125 = t124 - t121;
+    const float t126 = qd[0] * t125;
+    const float t127 = qd[0] * t123;
+
+    /* waist: linear part */
+    const float t128 = s1 * t104;
+    const float t129 = c1 * t104;
+    const float t130 = c1 * t100;
+    const float t131 = t128 + t130;
+    const float t132 = t131 + t118;
+    bias_acceleration[0] = t132;
+    const float t133 = s1 * t100;
+    const float t134 = t133 - t129;
+    const float t135 = t134 - t119;
+    bias_acceleration[1] = t135;
+
+    /* waist: angular part */
+    const float t136 = s1 * t31;
+    const float t137 = s1 * t89;
+    const float t138 = c1 * t89;
+    const float t139 = t136 + t138;
+    const float t140 = t126 - t139;
+    bias_acceleration[3] = t140;
+    const float t141 = c1 * t31;
+    const float t142 = t141 - t137;
+    const float t143 = t142 - t127;
+    bias_acceleration[4] = t143;
+}
+
+void puma560_f32_acceleration(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                              const float qdd[restrict PUMA560_DOF], float acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* shoulder and wrist_bend: linear part and angular part */
+    const float t0 = c2 * 0.4318F;
+    const float t1 = s2 * 0.4318F;
+    const float t2 = qd[5] * s5;
+    const float t3 = qdd[5] * s5;
+    const float t4 = qd[5] * c5;
+    const float t5 = qdd[5] * c5;
+    const float t6 = qd[4] * t4;
+    const float t7 = t3 + t6;
+    const float t8 = qd[3] + t4;
+    const float t9 = qd[4] * t2;
+    const float t10 = t9 - t5;
+    const float t11 = qdd[3] - t10;
+
+    /* forearm: angular part */
+    const float t12 = qd[4] * s4;
+    const float t13 = c4 * t2;
+    const float t14 = t13 - t12;
+    const float t15 = s4 * t2;
+    const float t16 = qd[4] * c4;
+    const float t17 = t16 + t15;
+    const float t18 = qdd[4] * s4;
+    const float t19 = s4 * t7;
+    const float t20 = c4 * t7;
+    const float t21 = t20 - t18;
+    const float t22 = qdd[4] * c4;
+    const float t23 = t22 + t19;
+    const float t24 = qd[3] * t17;
+    const float t25 = t24 - t21;
+    const float t26 = qd[2] + t17;
+    const float t27 = qd[1] + t26;
+    const float t28 = qd[3] * t14;
+    const float t29 = t23 + t28;
+    const float t30 = qdd[2] + t29;
+    const float t31 = qdd[1] + t30;
+
+    /* shoulder and elbow: linear part */
+    const float t32 = s23 * 0.4318F;
+    const float t33 = c23 * 0.0203F;
+    const float t34 = t32 - t33;
+    const float t35 = t34 - t0;
+    const float t36 = s23 * 0.0203F;
+    const float t37 = c23 * 0.4318F;
+    const float t38 = t36 + t37;
+    const float t39 = t38 + t1;
+
+    /* shoulder and elbow: angular part */
+    const float t40 = s23 * t8;
+    const float t41 = c23 * t8;
+    const float t42 = c23 * t14;
+    const float t43 = t40 + t42;
+    const float t44 = s23 * t14;
+    const float t45 = t41 - t44;
+    const float t46 = s23 * t11;
+    const float t47 = s23 * t25;
+    const float t48 = c23 * t25;
+    const float t49 = t48 - t46;
+    const float t50 = c23 * t11;
+    const float t51 = t47 + t50;
+
+    /* shoulder and elbow: linear part */
+    const float t52 = qd[2] * t38;
+    const float t53 = qdd[2] * t38;
+    const float t54 = qd[2] * t34;
+    const float t55 = qdd[2] * t34;
+    const float t56 = qd[2] * t54;
+    const float t57 = t56 - t53;
+    const float t58 = qd[2] * t52;
+    const float t59 = t58 + t55;
+
+    /* shoulder and elbow: angular part */
+    const float t60 = qd[2] * t45;
+    const float t61 = t60 - t49;
+    const float t62 = qd[1] * t45;
+    const float t63 = t61 + t62;
+    const float t64 = qd[2] * t43;
+    const float t65 = t64 - t51;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t66 = qd[1] * t39;
+    const float t67 = t52 + t66;
+    const float t68 = t52 + t67;
+    const float t69 = qdd[1] * t39;
+    const float t70 = t57 - t69;
+    const float t71 = qd[1] * t68;
+    const float t72 = t59 + t71;
+    const float t73 = qd[1] * t35;
+    const float t74 = t54 + t73;
+    const float t75 = t54 + t74;
+    const float t76 = qd[1] * t75;
+    const float t77 = t76 + t70;
+    const float t78 = qdd[1] * t35;
+    const float t79 = t78 + t72;
+    acceleration[2] = t79;
+    const float t80 = qd[1] * t43;
+    const float t81 = t65 + t80;
+    const float t82 = qdd[0] + t81;
+    acceleration[5] = t82;
+
+    /* waist: linear part */
+    const float t83 = s1 * 0.15005F;
+    const float t84 = c1 * t35;
+    const float t85 = t83 + t84;
+    const float t86 = s1 * t35;
+    const float t87 = c1 * 0.15005F;
+    const float t88 = t86 - t87;
+    const float t89 = c1 * t67;
+    const float t90 = s1 * t67;
+
+    /* waist: linear part and angular part */
+    const float t91 = s1 * t27;
+    const float t92 = c1 * t27;
+    const float t93 = c1 * t43;
+    const float t94 = t91 + t93;
+    const float t95 = s1 * t43;
+    const float t96 = t95 - t92;
+    const float t97 = qd[0] * t96;
+    const float t98 = qd[0] * t94;
+    const float t99 = c1 * t77;
+    const float t100 = s1 * t77;
+
+    /* waist: angular part */
+    const float t101 = s1 * t31;
+    const float t102 = c1 * t31;
+    const float t103 = c1 * t63;
+    const float t104 = t101 + t103;
+    const float t105 = t97 - t104;
+    acceleration[3] = t105;
+    const float t106 = s1 * t63;
+    const float t107 = t102 - t106;
+    const float t108 = t107 - t98;
+    acceleration[4] = t108;
+
+    /* waist: linear part */
+    const float t109 = qd[0] * t88;
+    const float t110 = t109 - t89;
+    const float t111 = t89 - t110;
+    const float t112 = qdd[0] * t88;
+    const float t113 = qd[0] * t111;
+    const float t114 = t100 - t113;
+    const float t115 = qd[0] * t85;
+    const float t116 = t90 + t115;
+    const float t117 = t90 + t116;
+    const float t118 = qd[0] * t117;
+    const float t119 = t99 + t118;
+    const float t120 = t112 + t119;
+    acceleration[0] = t120;
+    const float t121 = qdd[0] * t85;
+    const float t122 = t114 - t121;
+    acceleration[1] = t122;
+}
+
+void puma560_f32_acceleration_local(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                                    const float qdd[restrict PUMA560_DOF], float acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s3;
+    float c3;
+    KINEGEN_PUMA560_F32_SINCOS(q[2], &s3, &c3);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t0 = qd[0] * s23;
+    const float t1 = qdd[0] * s23;
+    const float t2 = qd[0] * c23;
+    const float t3 = qdd[0] * c23;
+    const float t4 = qd[1] * t2;
+    const float t5 = t1 + t4;
+    const float t6 = qd[1] * t0;
+    const float t7 = t6 - t3;
+
+    /* elbow: linear part */
+    const float t8 = qd[1] * s3;
+    const float t9 = 0.4318F * t8;
+    const float t10 = s3 * t0;
+    const float t11 = 0.4318F * t10;
+    const float t12 = c3 * t2;
+    const float t13 = 0.4318F * t12;
+    const float t14 = t11 + t13;
+    const float t15 = qd[1] * c3;
+    const float t16 = 0.4318F * t15;
+    const float t17 = qdd[1] * s3;
+    const float t18 = 0.4318F * t17;
+    const float t19 = s3 * t5;
+    const float t20 = 0.4318F * t19;
+    const float t21 = c3 * t7;
+    const float t22 = 0.4318F * t21;
+    const float t23 = t20 - t22;
+    const float t24 = qdd[1] * c3;
+    const float t25 = 0.4318F * t24;
+    const float t26 = qd[2] * t16;
+    const float t27 = t18 + t26;
+    const float t28 = qd[2] * t9;
+    const float t29 = t28 - t25;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t30 = qd[2] * t2;
+    const float t31 = t5 + t30;
+    const float t32 = qdd[1] + qdd[2];
+    const float t33 = qd[2] * t0;
+    const float t34 = t7 + t33;
+    const float t35 = qd[1] + qd[2];
+    const float t36 = t2 * 0.15005F;
+    const float t37 = t36 - t9;
+    const float t38 = t2 * 0.0203F;
+    const float t39 = t14 + t38;
+    const float t40 = qd[3] - t2;
+    const float t41 = t0 * 0.15005F;
+    const float t42 = t16 + t41;
+    const float t43 = t35 * 0.0203F;
+    const float t44 = t43 + t42;
+    const float t45 = t34 * 0.15005F;
+    const float t46 = t27 + t45;
+    const float t47 = t34 * 0.0203F;
+    const float t48 = t23 - t47;
+
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const float t49 = qdd[3] + t34;
+    const float t50 = t31 * 0.15005F;
+    const float t51 = t50 - t29;
+    const float t52 = t32 * 0.0203F;
+    const float t53 = t52 + t51;
+    const float t54 = s4 * t39;
+    const float t55 = c4 * t39;
+    const float t56 = c4 * t37;
+    const float t57 = t54 + t56;
+    const float t58 = s4 * t37;
+    const float t59 = t58 - t55;
+
+    /* forearm: linear part and angular part */
+    const float t60 = s4 * t35;
+    const float t61 = c4 * t35;
+    const float t62 = c4 * t0;
+    const float t63 = t60 + t62;
+    const float t64 = s4 * t0;
+    const float t65 = t64 - t61;
+
+    /* forearm: linear part */
+    const float t66 = s4 * t48;
+    const float t67 = c4 * t48;
+    const float t68 = c4 * t46;
+    const float t69 = t68 - t66;
+    const float t70 = s4 * t46;
+    const float t71 = t70 + t67;
+
+    /* forearm: linear part and angular part */
+    const float t72 = s4 * t32;
+    const float t73 = c4 * t32;
+    const float t74 = c4 * t31;
+    const float t75 = t72 + t74;
+    const float t76 = s4 * t31;
+    const float t77 = t76 - t73;
+    const float t78 = qd[3] * t59;
+    const float t79 = t69 + t78;
+    const float t80 = qd[3] * t57;
+    const float t81 = t80 - t71;
+    const float t82 = qd[3] * t65;
+    const float t83 = t82 - t75;
+    const float t84 = qd[3] * t63;
+    const float t85 = t77 + t84;
+    const float t86 = 0.4318F * t65;
+    const float t87 = t57 - t86;
+    const float t88 = t65 - qd[4];
+    const float t89 = 0.4318F * t63;
+    const float t90 = t59 + t89;
+    const float t91 = 0.4318F * t85;
+    const float t92 = t79 + t91;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const float t93 = t85 - qdd[4];
+    const float t94 = 0.4318F * t83;
+    const float t95 = t81 - t94;
+    const float t96 = c5 * t87;
+    const float t97 = s5 * t87;
+    const float t98 = s5 * t44;
+    const float t99 = t98 - t96;
+    const float t100 = c5 * t44;
+    const float t101 = t97 + t100;
+    const float t102 = qd[4] * t101;
+
+    /* wrist_bend: angular part */
+    const float t103 = s5 * t40;
+    const float t104 = c5 * t40;
+    const float t105 = c5 * t63;
+    const float t106 = t105 - t103;
+    const float t107 = s5 * t63;
+    const float t108 = t107 + t104;
+    const float t109 = qd[4] * t108;
+
+    /* wrist_bend: linear part */
+    const float t110 = s5 * t53;
+    const float t111 = c5 * t53;
+    const float t112 = c5 * t92;
+    const float t113 = t110 + t112;
+    const float t114 = t113 + t102;
+    const float t115 = s5 * t92;
+    const float t116 = t111 - t115;
+
+    /* wrist_bend: linear part and angular part */
+    const float t117 = s5 * t49;
+    const float t118 = c5 * t49;
+    const float t119 = c5 * t83;
+    const float t120 = t117 + t119;
+    const float t121 = s5 * t83;
+    const float t122 = t121 - t118;
+    const float t123 = t120 + t109;
+    const float t124 = qd[4] * t99;
+    const float t125 = t116 - t124;
+    acceleration[2] = t125;
+    const float t126 = qd[4] * t106;
+    const float t127 = t126 - t122;
+    const float t128 = qdd[5] + t127;
+    acceleration[5] = t128;
+
+    /* flange: linear part */
+    const float t129 = s6 * t90;
+    const float t130 = c6 * t90;
+    const float t131 = c6 * t99;
+    const float t132 = t129 + t131;
+    const float t133 = s6 * t99;
+    const float t134 = t130 - t133;
+    const float t135 = qd[5] * t134;
+    const float t136 = qd[5] * t132;
+
+    /* flange: angular part */
+    const float t137 = s6 * t88;
+    const float t138 = c6 * t88;
+    const float t139 = c6 * t106;
+    const float t140 = t139 - t137;
+    const float t141 = s6 * t106;
+    const float t142 = t141 + t138;
+    const float t143 = qd[5] * t142;
+    const float t144 = qd[5] * t140;
+
+    /* flange: linear part */
+    const float t145 = s6 * t95;
+    const float t146 = c6 * t95;
+    const float t147 = c6 * t114;
+    const float t148 = t145 + t147;
+    const float t149 = t148 + t135;
+    acceleration[0] = t149;
+    const float t150 = s6 * t114;
+    const float t151 = t146 - t150;
+    const float t152 = t151 - t136;
+    acceleration[1] = t152;
+
+    /* flange: angular part */
+    const float t153 = s6 * t93;
+    const float t154 = c6 * t93;
+    const float t155 = c6 * t123;
+    const float t156 = t153 + t155;
+    const float t157 = t156 + t143;
+    acceleration[3] = t157;
+    const float t158 = s6 * t123;
+    const float t159 = t158 - t154;
+    const float t160 = t144 - t159;
+    acceleration[4] = t160;
+}
+
+void puma560_f32_acceleration_world(const float q[restrict PUMA560_DOF], const float qd[restrict PUMA560_DOF],
+                                    const float qdd[restrict PUMA560_DOF], float acceleration[restrict 6])
+{
+    /* Angle sums: q23 of shoulder, elbow, shoulder, elbow, shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* wrist_bend: linear part and angular part */
+    const float t0 = qd[5] * s5;
+    const float t1 = qdd[5] * s5;
+    const float t2 = qd[5] * c5;
+    const float t3 = qdd[5] * c5;
+    const float t4 = qd[4] * t2;
+    const float t5 = t1 + t4;
+    const float t6 = qd[3] + t2;
+    const float t7 = qd[4] * t0;
+    const float t8 = t7 - t3;
+    const float t9 = qdd[3] - t8;
+    const float t10 = qd[4] * 0.4318F;
+    const float t11 = t0 * 0.4318F;
+    const float t12 = qdd[4] * 0.4318F;
+    const float t13 = t5 * 0.4318F;
+
+    /* forearm: linear part */
+    const float t14 = s4 * t11;
+    const float t15 = c4 * t11;
+    const float t16 = c4 * t10;
+    const float t17 = t14 + t16;
+    const float t18 = s4 * t10;
+    const float t19 = t18 - t15;
+
+    /* forearm: linear part and angular part */
+    const float t20 = qd[4] * s4;
+    const float t21 = c4 * t0;
+    const float t22 = t21 - t20;
+    const float t23 = s4 * t0;
+    const float t24 = qd[4] * c4;
+    const float t25 = t24 + t23;
+
+    /* forearm: linear part */
+    const float t26 = s4 * t13;
+    const float t27 = c4 * t13;
+    const float t28 = c4 * t12;
+    const float t29 = t26 + t28;
+    const float t30 = s4 * t12;
+    const float t31 = t30 - t27;
+
+    /* forearm and wrist_bend: linear part and angular part */
+    const float t32 = qdd[4] * s4;
+    const float t33 = s4 * t5;
+    const float t34 = c4 * t5;
+    const float t35 = t34 - t32;
+    const float t36 = qdd[4] * c4;
+    const float t37 = t36 + t33;
+    const float t38 = qd[3] * t19;
+    const float t39 = t38 - t29;
+    const float t40 = qd[3] * t17;
+    const float t41 = t31 + t40;
+    const float t42 = qd[3] * t25;
+    const float t43 = t42 - t35;
+    const float t44 = qd[3] * t22;
+    const float t45 = t37 + t44;
+    const float t46 = t6 * 0.15005F;
+    const float t47 = t17 - t46;
+    const float t48 = t6 * 0.0203F;
+    const float t49 = t19 - t48;
+    const float t50 = t22 * 0.15005F;
+    const float t51 = t25 * 0.0203F;
+    const float t52 = t50 + t51;
+    const float t53 = qd[2] + t25;
+    const float t54 = t9 * 0.15005F;
+    const float t55 = t39 + t54;
+    const float t56 = t9 * 0.0203F;
+    const float t57 = t41 - t56;
+    const float t58 = t43 * 0.15005F;
+    const float t59 = t45 * 0.0203F;
+    const float t60 = t58 - t59;
+    const float t61 = qdd[2] + t45;
+
+    /* shoulder and elbow: linear part */
+    const float t62 = s23 * t52;
+    const float t63 = c23 * t52;
+    const float t64 = c23 * t47;
+    const float t65 = t62 + t64;
+    const float t66 = s23 * t47;
+    const float t67 = t66 - t63;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t68 = s23 * t6;
+    const float t69 = c23 * t6;
+    const float t70 = c23 * t22;
+    const float t71 = t68 + t70;
+    const float t72 = s23 * t22;
+    const float t73 = t72 - t69;
+
+    /* shoulder and elbow: linear part */
+    const float t74 = s23 * t60;
+    const float t75 = c23 * t60;
+    const float t76 = c23 * t55;
+    const float t77 = t74 + t76;
+    const float t78 = s23 * t55;
+    const float t79 = t78 - t75;
+
+    /* shoulder and elbow: linear part and angular part */
+    const float t80 = s23 * t9;
+    const float t81 = s23 * t43;
+    const float t82 = c23 * t43;
+    const float t83 = t82 - t80;
+    const float t84 = c23 * t9;
+    const float t85 = t81 + t84;
+    const float t86 = qd[2] * t67;
+    const float t87 = t77 + t86;
+    const float t88 = qd[2] * t65;
+    const float t89 = t88 - t79;
+    const float t90 = qd[2] * t73;
+    const float t91 = t83 + t90;
+    const float t92 = qd[2] * t71;
+    const float t93 = t92 - t85;
+    const float t94 = s2 * t53;
+    const float t95 = 0.4318F * t94;
+    const float t96 = t65 + t95;
+    const float t97 = s2 * t71;
+    const float t98 = 0.4318F * t97;
+    const float t99 = t49 - t98;
+    const float t100 = c2 * t73;
+    const float t101 = 0.4318F * t100;
+    const float t102 = t101 + t99;
+    const float t103 = qd[1] * t73;
+    const float t104 = t91 + t103;
+
+    /* shoulder and forearm: linear part and angular part */
+    const float t105 = s2 * t91;
+    const float t106 = s2 * t61;
+    const float t107 = 0.4318F * t106;
+    const float t108 = t87 - t107;
+    const float t109 = 0.4318F * t105;
+    const float t110 = t57 + t109;
+    const float t111 = c2 * t53;
+    const float t112 = 0.4318F * t111;
+    const float t113 = t67 - t112;
+    const float t114 = qd[1] * t113;
+    const float t115 = t108 + t114;
+    const float t116 = qd[1] + t53;
+
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const float t117 = c2 * t93;
+    const float t118 = 0.4318F * t117;
+    const float t119 = t118 + t110;
+    const float t120 = c2 * t61;
+    const float t121 = 0.4318F * t120;
+    const float t122 = t121 - t89;
+    const float t123 = qdd[1] + t61;
+    const float t124 = qd[1] * t96;
+    const float t125 = t122 - t124;
+    acceleration[2] = t125;
+    const float t126 = qd[1] * t71;
+    const float t127 = t93 + t126;
+    const float t128 = qdd[0] + t127;
+    acceleration[5] = t128;
+
+    /* waist: linear part */
+    const float t129 = s1 * t102;
+    const float t130 = c1 * t102;
+    const float t131 = c1 * t96;
+    const float t132 = t129 + t131;
+    const float t133 = s1 * t96;
+    const float t134 = t133 - t130;
+    const float t135 = qd[0] * t134;
+    const float t136 = qd[0] * t132;
+
+    /* waist: angular part */
+    const float t137 = s1 * t116;
+    const float t138 = c1 * t116;
+    const float t139 = c1 * t71;
+    const float t140 = t137 + t139;
+    const float t141 = s1 * t71;
+    const float t142 = t141 - t138;
+    const float t143 = qd[0] * t142;
+    const float t144 = qd[0] * t140;
+
+    /* waist: linear part */
+    const float t145 = c1 * t115;
+    const float t146 = s1 * t115;
+    const float t147 = s1 * t119;
+    const float t148 = t147 - t145;
+    const float t149 = t148 - t135;
+    acceleration[0] = t149;
+    const float t150 = c1 * t119;
+    const float t151 = t146 + t150;
+    const float t152 = t136 - t151;
+    acceleration[1] = t152;
+
+    /* waist: angular part */
+    const float t153 = s1 * t123;
+    const float t154 = s1 * t104;
+    const float t155 = c1 * t104;
+    const float t156 = t155 - t153;
+    const float t157 = t156 + t143;
+    acceleration[3] = t157;
+    const float t158 = c1 * t123;
+    const float t159 = t154 + t158;
+    const float t160 = t159 - t144;
+    acceleration[4] = t160;
+}
+
+void puma560_f32_hessian(const float q[restrict PUMA560_DOF], float hessian[restrict 216])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s2;
+    float c2;
+    KINEGEN_PUMA560_F32_SINCOS(q[1], &s2, &c2);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const float t0 = c2 * 0.4318F;
+    const float t1 = s2 * 0.4318F;
+    const float t2 = -c1;
+    hessian[19] = t2;
+    hessian[20] = t2;
+    const float t3 = -s1;
+    hessian[25] = t3;
+    hessian[26] = t3;
+    const float t4 = c1 * s23;
+    const float t5 = -t4;
+    hessian[27] = t5;
+    const float t6 = s1 * s23;
+    hessian[21] = t6;
+    const float t7 = s23 * s4;
+
+    /* waist, shoulder and elbow: linear part */
+    const float t8 = s23 * 0.4318F;
+    const float t9 = c23 * 0.0203F;
+    const float t10 = t8 - t9;
+    const float t11 = t10 - t0;
+    const float t12 = c1 * t10;
+    hessian[38] = t12;
+    hessian[73] = t12;
+    hessian[74] = t12;
+    const float t13 = s1 * t10;
+    hessian[44] = t13;
+    hessian[79] = t13;
+    hessian[80] = t13;
+
+    /* shoulder and elbow: linear part */
+    const float t14 = s23 * 0.0203F;
+    const float t15 = c23 * 0.4318F;
+    const float t16 = t14 + t15;
+    const float t17 = t16 + t1;
+
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const float t18 = s1 * 0.15005F;
+    const float t19 = c1 * t11;
+    hessian[37] = t19;
+    const float t20 = t18 + t19;
+    hessian[0] = t20;
+    const float t21 = s1 * t11;
+    hessian[43] = t21;
+    const float t22 = c1 * 0.15005F;
+    const float t23 = t21 - t22;
+    hessian[6] = t23;
+    const float t24 = c23 * s4;
+    const float t25 = s4 * s5;
+    const float t26 = c4 * s5;
+    const float t27 = s1 * c4;
+    const float t28 = c1 * c4;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const float t29 = c1 * t24;
+    const float t30 = t29 - t27;
+    hessian[28] = t30;
+    const float t31 = s1 * t24;
+    const float t32 = t31 + t28;
+    const float t33 = -t32;
+    hessian[22] = t33;
+    const float t34 = c23 * c5;
+    const float t35 = s23 * c5;
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const float t36 = s23 * t26;
+    const float t37 = t36 - t34;
+    const float t38 = c23 * t26;
+    const float t39 = t35 + t38;
+    const float t40 = c1 * t37;
+    hessian[59] = t40;
+    hessian[95] = t40;
+    const float t41 = s1 * t37;
+    hessian[65] = t41;
+    hessian[101] = t41;
+
+    /* waist: linear part and angular part */
+    const float t42 = s1 * t25;
+    const float t43 = c1 * t25;
+    const float t44 = c1 * t39;
+    const float t45 = t42 + t44;
+    const float t46 = s1 * t39;
+    const float t47 = t46 - t43;
+    hessian[23] = t47;
+
+    /* waist: linear part */
+    const float t48 = -t45;
+    hessian[29] = t48;
+    const float t49 = c1 * t17;
+    const float t50 = s1 * t17;
+    hessian[1] = t50;
+    hessian[36] = t50;
+    const float t51 = s1 * t50;
+    const float t52 = -t49;
+    hessian[7] = t52;
+    hessian[42] = t52;
+    const float t53 = c1 * t49;
+    const float t54 = t51 + t53;
+    hessian[49] = t54;
+    const float t55 = c1 * t16;
+    const float t56 = s1 * t16;
+    hessian[2] = t56;
+    hessian[72] = t56;
+    const float t57 = s1 * t56;
+    const float t58 = -t55;
+    hessian[8] = t58;
+    hessian[78] = t58;
+    const float t59 = c1 * t55;
+    const float t60 = t57 + t59;
+    hessian[50] = t60;
+    hessian[85] = t60;
+    hessian[86] = t60;
+
+    /* waist, shoulder and elbow: linear part */
+    const float t61 = c1 * c23;
+    const float t62 = -t61;
+    hessian[57] = t62;
+    hessian[93] = t62;
+    const float t63 = s1 * c23;
+    const float t64 = -t63;
+    hessian[63] = t64;
+    hessian[99] = t64;
+
+    /* waist: linear part */
+    const float t65 = s1 * t6;
+    const float t66 = c1 * t4;
+    const float t67 = t65 + t66;
+    hessian[69] = t67;
+    hessian[105] = t67;
+    const float t68 = c1 * t7;
+    const float t69 = -t68;
+    hessian[58] = t69;
+    hessian[94] = t69;
+    const float t70 = s1 * t7;
+    const float t71 = -t70;
+    hessian[64] = t71;
+    hessian[100] = t71;
+    const float t72 = s1 * t32;
+    const float t73 = s1 * t47;
+    const float t74 = c1 * t30;
+    const float t75 = t72 + t74;
+    const float t76 = -t75;
+    hessian[70] = t76;
+    hessian[106] = t76;
+    const float t77 = c1 * t45;
+    const float t78 = t73 + t77;
+    hessian[71] = t78;
+    hessian[107] = t78;
+
+    /* waist, shoulder, elbow and forearm: angular part */
+    const float t79 = c23 * t32;
+    const float t80 = t6 * t7;
+    const float t81 = t79 + t80;
+    hessian[130] = t81;
+    const float t82 = c23 * t30;
+    const float t83 = t4 * t7;
+    const float t84 = t82 + t83;
+    const float t85 = -t84;
+    hessian[136] = t85;
+    const float t86 = t6 * t30;
+    const float t87 = t4 * t32;
+    const float t88 = t86 - t87;
+    hessian[142] = t88;
+
+    /* waist, shoulder and elbow: angular part */
+    const float t89 = c23 * t47;
+    const float t90 = c23 * t45;
+    const float t91 = t6 * t37;
+    const float t92 = t89 + t91;
+    const float t93 = -t92;
+    hessian[131] = t93;
+    const float t94 = t6 * t45;
+    const float t95 = t4 * t37;
+    const float t96 = t90 + t95;
+    hessian[137] = t96;
+
+    /* waist: angular part */
+    const float t97 = t4 * t47;
+    const float t98 = t97 - t94;
+    hessian[143] = t98;
+    const float t99 = t7 * t47;
+    const float t100 = t7 * t45;
+    const float t101 = t30 * t47;
+
+    /* waist, shoulder and elbow: angular part */
+    const float t102 = t30 * t37;
+    const float t103 = t100 - t102;
+    hessian[173] = t103;
+    const float t104 = t32 * t37;
+    const float t105 = t104 - t99;
+    hessian[167] = t105;
+    const float t106 = t32 * t45;
+    const float t107 = t106 - t101;
+    hessian[179] = t107;
+
+    /* Entries that need no computing */
+    hessian[3] = 0.0F;
+    hessian[4] = 0.0F;
+    hessian[5] = 0.0F;
+    hessian[9] = 0.0F;
+    hessian[10] = 0.0F;
+    hessian[11] = 0.0F;
+    hessian[12] = 0.0F;
+    hessian[13] = 0.0F;
+    hessian[14] = 0.0F;
+    hessian[15] = 0.0F;
+    hessian[16] = 0.0F;
+    hessian[17] = 0.0F;
+    hessian[18] = 0.0F;
+    hessian[24] = 0.0F;
+    hessian[30] = 0.0F;
+    hessian[31] = 0.0F;
+    hessian[32] = 0.0F;
+    hessian[33] = 0.0F;
+    hessian[34] = 0.0F;
+    hessian[35] = 0.0F;
+    hessian[39] = 0.0F;
+    hessian[40] = 0.0F;
+    hessian[41] = 0.0F;
+    hessian[45] = 0.0F;
+    hessian[46] = 0.0F;
+    hessian[47] = 0.0F;
+    hessian[48] = 0.0F;
+    hessian[51] = 0.0F;
+    hessian[52] = 0.0F;
+    hessian[53] = 0.0F;
+    hessian[54] = 0.0F;
+    hessian[55] = 0.0F;
+    hessian[56] = 0.0F;
+    hessian[60] = 0.0F;
+    hessian[61] = 0.0F;
+    hessian[62] = 0.0F;
+    hessian[66] = 0.0F;
+    hessian[67] = 0.0F;
+    hessian[68] = 0.0F;
+    hessian[75] = 0.0F;
+    hessian[76] = 0.0F;
+    hessian[77] = 0.0F;
+    hessian[81] = 0.0F;
+    hessian[82] = 0.0F;
+    hessian[83] = 0.0F;
+    hessian[84] = 0.0F;
+    hessian[87] = 0.0F;
+    hessian[88] = 0.0F;
+    hessian[89] = 0.0F;
+    hessian[90] = 0.0F;
+    hessian[91] = 0.0F;
+    hessian[92] = 0.0F;
+    hessian[96] = 0.0F;
+    hessian[97] = 0.0F;
+    hessian[98] = 0.0F;
+    hessian[102] = 0.0F;
+    hessian[103] = 0.0F;
+    hessian[104] = 0.0F;
+    hessian[108] = 0.0F;
+    hessian[109] = 0.0F;
+    hessian[110] = 0.0F;
+    hessian[111] = 0.0F;
+    hessian[112] = 0.0F;
+    hessian[113] = 0.0F;
+    hessian[114] = 0.0F;
+    hessian[115] = 0.0F;
+    hessian[116] = 0.0F;
+    hessian[117] = 0.0F;
+    hessian[118] = 0.0F;
+    hessian[119] = 0.0F;
+    hessian[120] = 0.0F;
+    hessian[121] = 0.0F;
+    hessian[122] = 0.0F;
+    hessian[123] = 0.0F;
+    hessian[124] = 0.0F;
+    hessian[125] = 0.0F;
+    hessian[126] = 0.0F;
+    hessian[127] = 0.0F;
+    hessian[128] = 0.0F;
+    hessian[129] = 0.0F;
+    hessian[132] = 0.0F;
+    hessian[133] = 0.0F;
+    hessian[134] = 0.0F;
+    hessian[135] = 0.0F;
+    hessian[138] = 0.0F;
+    hessian[139] = 0.0F;
+    hessian[140] = 0.0F;
+    hessian[141] = 0.0F;
+    hessian[144] = 0.0F;
+    hessian[145] = 0.0F;
+    hessian[146] = 0.0F;
+    hessian[147] = 0.0F;
+    hessian[148] = 0.0F;
+    hessian[149] = 0.0F;
+    hessian[150] = 0.0F;
+    hessian[151] = 0.0F;
+    hessian[152] = 0.0F;
+    hessian[153] = 0.0F;
+    hessian[154] = 0.0F;
+    hessian[155] = 0.0F;
+    hessian[156] = 0.0F;
+    hessian[157] = 0.0F;
+    hessian[158] = 0.0F;
+    hessian[159] = 0.0F;
+    hessian[160] = 0.0F;
+    hessian[161] = 0.0F;
+    hessian[162] = 0.0F;
+    hessian[163] = 0.0F;
+    hessian[164] = 0.0F;
+    hessian[165] = 0.0F;
+    hessian[166] = 0.0F;
+    hessian[168] = 0.0F;
+    hessian[169] = 0.0F;
+    hessian[170] = 0.0F;
+    hessian[171] = 0.0F;
+    hessian[172] = 0.0F;
+    hessian[174] = 0.0F;
+    hessian[175] = 0.0F;
+    hessian[176] = 0.0F;
+    hessian[177] = 0.0F;
+    hessian[178] = 0.0F;
+    hessian[180] = 0.0F;
+    hessian[181] = 0.0F;
+    hessian[182] = 0.0F;
+    hessian[183] = 0.0F;
+    hessian[184] = 0.0F;
+    hessian[185] = 0.0F;
+    hessian[186] = 0.0F;
+    hessian[187] = 0.0F;
+    hessian[188] = 0.0F;
+    hessian[189] = 0.0F;
+    hessian[190] = 0.0F;
+    hessian[191] = 0.0F;
+    hessian[192] = 0.0F;
+    hessian[193] = 0.0F;
+    hessian[194] = 0.0F;
+    hessian[195] = 0.0F;
+    hessian[196] = 0.0F;
+    hessian[197] = 0.0F;
+    hessian[198] = 0.0F;
+    hessian[199] = 0.0F;
+    hessian[200] = 0.0F;
+    hessian[201] = 0.0F;
+    hessian[202] = 0.0F;
+    hessian[203] = 0.0F;
+    hessian[204] = 0.0F;
+    hessian[205] = 0.0F;
+    hessian[206] = 0.0F;
+    hessian[207] = 0.0F;
+    hessian[208] = 0.0F;
+    hessian[209] = 0.0F;
+    hessian[210] = 0.0F;
+    hessian[211] = 0.0F;
+    hessian[212] = 0.0F;
+    hessian[213] = 0.0F;
+    hessian[214] = 0.0F;
+    hessian[215] = 0.0F;
+}
+
+void puma560_f32_quaternion_wxyz(const float q[restrict PUMA560_DOF], float quaternion_wxyz[restrict 4])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: quaternion_wxyz */
+    const float t0 = c5 * c6;
+    const float t1 = s5 * c6;
+    const float t2 = s4 * s6;
+    const float t3 = c4 * s6;
+
+    /* forearm and wrist_bend: quaternion_wxyz */
+    const float t4 = c4 * t0;
+    const float t5 = t4 - t2;
+    const float t6 = s4 * t0;
+    const float t7 = t6 + t3;
+    const float t8 = c4 * s5;
+    const float t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: quaternion_wxyz */
+    const float t10 = c23 * t5;
+    const float t11 = s23 * t5;
+    const float t12 = s23 * t1;
+    const float t13 = t12 - t10;
+    const float t14 = c23 * t1;
+    const float t15 = t11 + t14;
+    const float t16 = s23 * c5;
+    const float t17 = c23 * c5;
+
+    /* shoulder and elbow: quaternion_wxyz */
+    const float t18 = c23 * t8;
+    const float t19 = t16 + t18;
+    const float t20 = s23 * t8;
+    const float t21 = t20 - t17;
+
+    /* waist: quaternion_wxyz */
+    const float t22 = c1 * t13;
+    const float t23 = s1 * t13;
+    const float t24 = s1 * t7;
+    const float t25 = t24 - t22;
+    const float t26 = c1 * t7;
+    const float t27 = t23 + t26;
+    const float t28 = s1 * t9;
+    const float t29 = s1 * t19;
+    const float t30 = c1 * t19;
+    const float t31 = t28 + t30;
+    const float t32 = c1 * t9;
+    const float t33 = t32 - t29;
+    const float t34 = t15 * t33;
+    const float t35 = t21 * t27;
+    const float t36 = t34 - t35;
+    const float t37 = t15 * t31;
+    const float t38 = t21 * t25;
+    const float t39 = t38 - t37;
+    const float t40 = t27 * t31;
+    const float t41 = t25 * t33;
+    const float t42 = t41 - t40;
+    const float t43 = t25 - t39;
+    const float t44 = t25 + t39;
+    const float t45 = (t21 < 0.0F) ? t43 : t44;
+
+    /* waist, shoulder and elbow: quaternion_wxyz */
+    const float t46 = -t21;
+    const float t47 = (t21 < 0.0F) ? t46 : t21;
+    const float t48 = -t45;
+    const float t49 = (t45 < 0.0F) ? t48 : t45;
+    const float t50 = t47 + t49;
+    const float t51 = 1.0F + t50;
+    const float t52 = t33 + t42;
+    const float t53 = t33 - t42;
+    const float t54 = t31 - t15;
+    const float t55 = t15 + t31;
+    const float t56 = t36 - t27;
+    const float t57 = t27 + t36;
+    const float t58 = -t57;
+    const float t59 = (t45 < 0.0F) ? t54 : t52;
+    const float t60 = -t59;
+    const float t61 = (t45 < 0.0F) ? t55 : t52;
+    const float t62 = -t61;
+    const float t63 = -t54;
+    const float t64 = (t45 < 0.0F) ? t53 : t63;
+    const float t65 = -t55;
+    const float t66 = (t45 < 0.0F) ? t53 : t65;
+    const float t67 = (t45 < 0.0F) ? t56 : t51;
+    const float t68 = (t21 < 0.0F) ? t60 : t67;
+    const float t69 = (t45 < 0.0F) ? t51 : t56;
+    const float t70 = (t21 < 0.0F) ? t66 : t69;
+    const float t71 = (t45 < 0.0F) ? t58 : t51;
+    const float t72 = (t21 < 0.0F) ? t71 : t62;
+    const float t73 = (t45 < 0.0F) ? t51 : t58;
+    const float t74 = (t21 < 0.0F) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const float t75 = puma560_f32_sqrt(t51);
+
+    /* waist: quaternion_wxyz */
+    const float t76 = 1.0F / t75;
+    const float t77 = t76 * 0.5F;
+    const float t78 = -t77;
+    const float t79 = (t74 < 0.0F) ? t78 : t77;
+    const float t80 = (0.0F < t72) ? t77 : t79;
+    const float t81 = (t72 < 0.0F) ? t78 : t80;
+    const float t82 = (0.0F < t68) ? t77 : t81;
+    const float t83 = (t68 < 0.0F) ? t78 : t82;
+    const float t84 = t68 * t83;
+    quaternion_wxyz[0] = t84;
+    const float t85 = t72 * t83;
+    quaternion_wxyz[1] = t85;
+    const float t86 = t74 * t83;
+    quaternion_wxyz[2] = t86;
+    const float t87 = t70 * t83;
+    quaternion_wxyz[3] = t87;
+}
+
+void puma560_f32_quaternion_xyzw(const float q[restrict PUMA560_DOF], float quaternion_xyzw[restrict 4])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: quaternion_xyzw */
+    const float t0 = c5 * c6;
+    const float t1 = s5 * c6;
+    const float t2 = s4 * s6;
+    const float t3 = c4 * s6;
+
+    /* forearm and wrist_bend: quaternion_xyzw */
+    const float t4 = c4 * t0;
+    const float t5 = t4 - t2;
+    const float t6 = s4 * t0;
+    const float t7 = t6 + t3;
+    const float t8 = c4 * s5;
+    const float t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: quaternion_xyzw */
+    const float t10 = c23 * t5;
+    const float t11 = s23 * t5;
+    const float t12 = s23 * t1;
+    const float t13 = t12 - t10;
+    const float t14 = c23 * t1;
+    const float t15 = t11 + t14;
+    const float t16 = s23 * c5;
+    const float t17 = c23 * c5;
+
+    /* shoulder and elbow: quaternion_xyzw */
+    const float t18 = c23 * t8;
+    const float t19 = t16 + t18;
+    const float t20 = s23 * t8;
+    const float t21 = t20 - t17;
+
+    /* waist: quaternion_xyzw */
+    const float t22 = c1 * t13;
+    const float t23 = s1 * t13;
+    const float t24 = s1 * t7;
+    const float t25 = t24 - t22;
+    const float t26 = c1 * t7;
+    const float t27 = t23 + t26;
+    const float t28 = s1 * t9;
+    const float t29 = s1 * t19;
+    const float t30 = c1 * t19;
+    const float t31 = t28 + t30;
+    const float t32 = c1 * t9;
+    const float t33 = t32 - t29;
+    const float t34 = t15 * t33;
+    const float t35 = t21 * t27;
+    const float t36 = t34 - t35;
+    const float t37 = t15 * t31;
+    const float t38 = t21 * t25;
+    const float t39 = t38 - t37;
+    const float t40 = t27 * t31;
+    const float t41 = t25 * t33;
+    const float t42 = t41 - t40;
+    const float t43 = t25 - t39;
+    const float t44 = t25 + t39;
+    const float t45 = (t21 < 0.0F) ? t43 : t44;
+
+    /* waist, shoulder and elbow: quaternion_xyzw */
+    const float t46 = -t21;
+    const float t47 = (t21 < 0.0F) ? t46 : t21;
+    const float t48 = -t45;
+    const float t49 = (t45 < 0.0F) ? t48 : t45;
+    const float t50 = t47 + t49;
+    const float t51 = 1.0F + t50;
+    const float t52 = t33 + t42;
+    const float t53 = t33 - t42;
+    const float t54 = t31 - t15;
+    const float t55 = t15 + t31;
+    const float t56 = t36 - t27;
+    const float t57 = t27 + t36;
+    const float t58 = -t57;
+    const float t59 = (t45 < 0.0F) ? t54 : t52;
+    const float t60 = -t59;
+    const float t61 = (t45 < 0.0F) ? t55 : t52;
+    const float t62 = -t61;
+    const float t63 = -t54;
+    const float t64 = (t45 < 0.0F) ? t53 : t63;
+    const float t65 = -t55;
+    const float t66 = (t45 < 0.0F) ? t53 : t65;
+    const float t67 = (t45 < 0.0F) ? t56 : t51;
+    const float t68 = (t21 < 0.0F) ? t60 : t67;
+    const float t69 = (t45 < 0.0F) ? t51 : t56;
+    const float t70 = (t21 < 0.0F) ? t66 : t69;
+    const float t71 = (t45 < 0.0F) ? t58 : t51;
+    const float t72 = (t21 < 0.0F) ? t71 : t62;
+    const float t73 = (t45 < 0.0F) ? t51 : t58;
+    const float t74 = (t21 < 0.0F) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const float t75 = puma560_f32_sqrt(t51);
+
+    /* waist: quaternion_xyzw */
+    const float t76 = 1.0F / t75;
+    const float t77 = t76 * 0.5F;
+    const float t78 = -t77;
+    const float t79 = (t74 < 0.0F) ? t78 : t77;
+    const float t80 = (0.0F < t72) ? t77 : t79;
+    const float t81 = (t72 < 0.0F) ? t78 : t80;
+    const float t82 = (0.0F < t68) ? t77 : t81;
+    const float t83 = (t68 < 0.0F) ? t78 : t82;
+    const float t84 = t68 * t83;
+    quaternion_xyzw[3] = t84;
+    const float t85 = t72 * t83;
+    quaternion_xyzw[0] = t85;
+    const float t86 = t74 * t83;
+    quaternion_xyzw[1] = t86;
+    const float t87 = t70 * t83;
+    quaternion_xyzw[2] = t87;
+}
+
+void puma560_f32_rpy_zyx(const float q[restrict PUMA560_DOF], float rpy_zyx[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: rpy_zyx */
+    const float t0 = c5 * s6;
+    const float t1 = s5 * s6;
+    const float t2 = s4 * c6;
+    const float t3 = c4 * c6;
+
+    /* forearm and wrist_bend: rpy_zyx */
+    const float t4 = c4 * t0;
+    const float t5 = t2 + t4;
+    const float t6 = s4 * t0;
+    const float t7 = t6 - t3;
+    const float t8 = c4 * s5;
+    const float t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: rpy_zyx */
+    const float t10 = c23 * t5;
+    const float t11 = s23 * t5;
+    const float t12 = s23 * t1;
+    const float t13 = t12 - t10;
+    const float t14 = c23 * t1;
+    const float t15 = t11 + t14;
+    const float t16 = t15 * t15;
+    const float t17 = s23 * c5;
+    const float t18 = c23 * c5;
+
+    /* shoulder and elbow: rpy_zyx */
+    const float t19 = c23 * t8;
+    const float t20 = t17 + t19;
+    const float t21 = s23 * t8;
+    const float t22 = t21 - t18;
+    const float t23 = t22 * t22;
+    const float t24 = t16 + t23;
+
+    /* waist: rpy_zyx */
+    const float t25 = c1 * t13;
+    const float t26 = s1 * t13;
+    const float t27 = s1 * t7;
+    const float t28 = t27 - t25;
+    const float t29 = c1 * t7;
+    const float t30 = t26 + t29;
+    const float t31 = s1 * t9;
+    const float t32 = s1 * t20;
+    const float t33 = c1 * t20;
+    const float t34 = t31 + t33;
+    const float t35 = c1 * t9;
+    const float t36 = t35 - t32;
+    const float t37 = t30 * t34;
+    const float t38 = t28 * t36;
+    const float t39 = t38 - t37;
+
+    /* Square roots and arc tangents */
+    const float t40 = puma560_f32_sqrt(t24);
+
+    /* shoulder and elbow: rpy_zyx */
+    const float t41 = (0.0F < t40) ? t40 : 1.0F;
+    const float t42 = 1.0F / t41;
+    const float t43 = t15 * t42;
+    const float t44 = t22 * t42;
+    const float t45 = (0.0F < t40) ? t44 : 1.0F;
+    const float t46 = t34 * t43;
+    const float t47 = t36 * t43;
+    const float t48 = t28 * t45;
+    const float t49 = t48 - t46;
+    const float t50 = t30 * t45;
+    const float t51 = t50 - t47;
+
+    /* Square roots and arc tangents */
+    const float t52 = puma560_f32_atan2(t43, t45);
+    rpy_zyx[0] = t52;
+    const float t53 = puma560_f32_atan2(t39, t40);
+    rpy_zyx[1] = t53;
+    const float t54 = puma560_f32_atan2(t49, t51);
+    rpy_zyx[2] = t54;
+}
+
+void puma560_f32_rpy_xyz(const float q[restrict PUMA560_DOF], float rpy_xyz[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: rpy_xyz */
+    const float t0 = c5 * c6;
+    const float t1 = c5 * s6;
+    const float t2 = s5 * c6;
+    const float t3 = s5 * s6;
+    const float t4 = s4 * s6;
+    const float t5 = c4 * s6;
+
+    /* forearm and flange: rpy_xyz */
+    const float t6 = c4 * t0;
+    const float t7 = t6 - t4;
+    const float t8 = s4 * t0;
+    const float t9 = t8 + t5;
+    const float t10 = s4 * c6;
+    const float t11 = c4 * c6;
+
+    /* forearm: rpy_xyz */
+    const float t12 = c4 * t1;
+    const float t13 = t10 + t12;
+    const float t14 = s4 * t1;
+    const float t15 = t14 - t11;
+
+    /* shoulder and elbow: rpy_xyz */
+    const float t16 = c23 * t7;
+    const float t17 = s23 * t7;
+    const float t18 = s23 * t2;
+    const float t19 = t18 - t16;
+    const float t20 = c23 * t2;
+    const float t21 = t17 + t20;
+    const float t22 = c23 * t13;
+    const float t23 = s23 * t13;
+    const float t24 = s23 * t3;
+    const float t25 = t24 - t22;
+    const float t26 = c23 * t3;
+    const float t27 = t23 + t26;
+
+    /* waist: rpy_xyz */
+    const float t28 = c1 * t19;
+    const float t29 = s1 * t19;
+    const float t30 = s1 * t9;
+    const float t31 = t30 - t28;
+    const float t32 = c1 * t9;
+    const float t33 = t29 + t32;
+    const float t34 = t27 * t33;
+    const float t35 = t31 * t31;
+    const float t36 = s1 * t15;
+    const float t37 = s1 * t25;
+    const float t38 = c1 * t25;
+    const float t39 = t36 - t38;
+    const float t40 = c1 * t15;
+    const float t41 = t37 + t40;
+    const float t42 = t21 * t41;
+    const float t43 = t42 - t34;
+    const float t44 = t39 * t39;
+    const float t45 = t35 + t44;
+
+    /* Square roots and arc tangents */
+    const float t46 = puma560_f32_sqrt(t45);
+
+    /* waist: rpy_xyz */
+    const float t47 = (0.0F < t46) ? t46 : 1.0F;
+    const float t48 = 1.0F / t47;
+    const float t49 = t39 * t48;
+    const float t50 = t31 * t48;
+    const float t51 = (0.0F < t46) ? t50 : 1.0F;
+    const float t52 = t21 * t49;
+    const float t53 = t33 * t49;
+    const float t54 = t27 * t51;
+    const float t55 = t54 - t52;
+    const float t56 = t41 * t51;
+    const float t57 = t56 - t53;
+
+    /* Square roots and arc tangents */
+    const float t58 = puma560_f32_atan2(t55, t57);
+    rpy_xyz[0] = t58;
+    const float t59 = puma560_f32_atan2(t43, t46);
+    rpy_xyz[1] = t59;
+    const float t60 = puma560_f32_atan2(t49, t51);
+    rpy_xyz[2] = t60;
+}
+
+void puma560_f32_euler_zyz(const float q[restrict PUMA560_DOF], float euler_zyz[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: euler_zyz */
+    const float t0 = c5 * c6;
+    const float t1 = c5 * s6;
+    const float t2 = s5 * c6;
+    const float t3 = s5 * s6;
+    const float t4 = s4 * s6;
+    const float t5 = c4 * s6;
+
+    /* forearm and flange: euler_zyz */
+    const float t6 = c4 * t0;
+    const float t7 = t6 - t4;
+    const float t8 = s4 * t0;
+    const float t9 = t8 + t5;
+    const float t10 = s4 * c6;
+    const float t11 = c4 * c6;
+
+    /* forearm: euler_zyz */
+    const float t12 = c4 * t1;
+    const float t13 = t10 + t12;
+    const float t14 = s4 * t1;
+    const float t15 = t14 - t11;
+
+    /* shoulder and elbow: euler_zyz */
+    const float t16 = c23 * t7;
+    const float t17 = s23 * t7;
+    const float t18 = s23 * t2;
+    const float t19 = t18 - t16;
+    const float t20 = c23 * t2;
+    const float t21 = t17 + t20;
+    const float t22 = t21 * t21;
+    const float t23 = c23 * t13;
+    const float t24 = s23 * t13;
+    const float t25 = s23 * t3;
+    const float t26 = t25 - t23;
+    const float t27 = c23 * t3;
+    const float t28 = t24 + t27;
+    const float t29 = t28 * t28;
+    const float t30 = t22 + t29;
+
+    /* waist: euler_zyz */
+    const float t31 = c1 * t19;
+    const float t32 = s1 * t19;
+    const float t33 = s1 * t9;
+    const float t34 = t31 - t33;
+    const float t35 = c1 * t9;
+    const float t36 = t32 + t35;
+    const float t37 = s1 * t15;
+    const float t38 = s1 * t26;
+    const float t39 = c1 * t26;
+    const float t40 = t39 - t37;
+    const float t41 = c1 * t15;
+    const float t42 = t38 + t41;
+    const float t43 = t34 * t42;
+    const float t44 = t36 * t40;
+    const float t45 = t44 - t43;
+
+    /* Square roots and arc tangents */
+    const float t46 = puma560_f32_sqrt(t30);
+
+    /* shoulder and elbow: euler_zyz */
+    const float t47 = (0.0F < t46) ? t46 : 1.0F;
+    const float t48 = 1.0F / t47;
+    const float t49 = t28 * t48;
+    const float t50 = t21 * t48;
+    const float t51 = (0.0F < t46) ? t50 : 1.0F;
+    const float t52 = t34 * t49;
+    const float t53 = t36 * t49;
+    const float t54 = t40 * t51;
+    const float t55 = t52 - t54;
+    const float t56 = t42 * t51;
+    const float t57 = t56 - t53;
+
+    /* Square roots and arc tangents */
+    const float t58 = puma560_f32_atan2(t55, t57);
+    euler_zyz[0] = t58;
+    const float t59 = puma560_f32_atan2(t46, t45);
+    euler_zyz[1] = t59;
+    const float t60 = puma560_f32_atan2(t49, t51);
+    euler_zyz[2] = t60;
+}
+
+void puma560_f32_axis_angle(const float q[restrict PUMA560_DOF], float axis_angle[restrict 3])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* forearm, wrist_bend and flange: axis_angle */
+    const float t0 = c5 * c6;
+    const float t1 = s5 * c6;
+    const float t2 = s4 * s6;
+    const float t3 = c4 * s6;
+
+    /* forearm and wrist_bend: axis_angle */
+    const float t4 = c4 * t0;
+    const float t5 = t4 - t2;
+    const float t6 = s4 * t0;
+    const float t7 = t6 + t3;
+    const float t8 = c4 * s5;
+    const float t9 = s4 * s5;
+
+    /* shoulder, elbow and wrist_bend: axis_angle */
+    const float t10 = c23 * t5;
+    const float t11 = s23 * t5;
+    const float t12 = s23 * t1;
+    const float t13 = t12 - t10;
+    const float t14 = c23 * t1;
+    const float t15 = t11 + t14;
+    const float t16 = s23 * c5;
+    const float t17 = c23 * c5;
+
+    /* shoulder and elbow: axis_angle */
+    const float t18 = c23 * t8;
+    const float t19 = t16 + t18;
+    const float t20 = s23 * t8;
+    const float t21 = t20 - t17;
+
+    /* waist: axis_angle */
+    const float t22 = c1 * t13;
+    const float t23 = s1 * t13;
+    const float t24 = s1 * t7;
+    const float t25 = t24 - t22;
+    const float t26 = c1 * t7;
+    const float t27 = t23 + t26;
+    const float t28 = s1 * t9;
+    const float t29 = s1 * t19;
+    const float t30 = c1 * t19;
+    const float t31 = t28 + t30;
+    const float t32 = c1 * t9;
+    const float t33 = t32 - t29;
+    const float t34 = t15 * t33;
+    const float t35 = t21 * t27;
+    const float t36 = t34 - t35;
+    const float t37 = t15 * t31;
+    const float t38 = t21 * t25;
+    const float t39 = t38 - t37;
+    const float t40 = t27 * t31;
+    const float t41 = t25 * t33;
+    const float t42 = t41 - t40;
+    const float t43 = t25 - t39;
+    const float t44 = t25 + t39;
+    const float t45 = (t21 < 0.0F) ? t43 : t44;
+
+    /* waist, shoulder and elbow: axis_angle */
+    const float t46 = -t21;
+    const float t47 = (t21 < 0.0F) ? t46 : t21;
+    const float t48 = -t45;
+    const float t49 = (t45 < 0.0F) ? t48 : t45;
+    const float t50 = t47 + t49;
+    const float t51 = 1.0F + t50;
+    const float t52 = t33 + t42;
+    const float t53 = t33 - t42;
+    const float t54 = t31 - t15;
+    const float t55 = t15 + t31;
+    const float t56 = t36 - t27;
+    const float t57 = t27 + t36;
+    const float t58 = -t57;
+    const float t59 = (t45 < 0.0F) ? t54 : t52;
+    const float t60 = -t59;
+    const float t61 = (t45 < 0.0F) ? t55 : t52;
+    const float t62 = -t61;
+    const float t63 = -t54;
+    const float t64 = (t45 < 0.0F) ? t53 : t63;
+    const float t65 = -t55;
+    const float t66 = (t45 < 0.0F) ? t53 : t65;
+    const float t67 = (t45 < 0.0F) ? t56 : t51;
+    const float t68 = (t21 < 0.0F) ? t60 : t67;
+    const float t69 = (t45 < 0.0F) ? t51 : t56;
+    const float t70 = (t21 < 0.0F) ? t66 : t69;
+    const float t71 = (t45 < 0.0F) ? t58 : t51;
+    const float t72 = (t21 < 0.0F) ? t71 : t62;
+    const float t73 = (t45 < 0.0F) ? t51 : t58;
+    const float t74 = (t21 < 0.0F) ? t73 : t64;
+
+    /* Square roots and arc tangents */
+    const float t75 = puma560_f32_sqrt(t51);
+
+    /* waist: axis_angle */
+    const float t76 = 1.0F / t75;
+    const float t77 = t76 * 0.5F;
+    const float t78 = -t77;
+    const float t79 = (t74 < 0.0F) ? t78 : t77;
+    const float t80 = (0.0F < t72) ? t77 : t79;
+    const float t81 = (t72 < 0.0F) ? t78 : t80;
+    const float t82 = (0.0F < t68) ? t77 : t81;
+    const float t83 = (t68 < 0.0F) ? t78 : t82;
+    const float t84 = t68 * t83;
+    const float t85 = t72 * t83;
+    const float t86 = t74 * t83;
+    const float t87 = t70 * t83;
+    const float t88 = t85 * t85;
+    const float t89 = t86 * t86;
+    const float t90 = t88 + t89;
+    const float t91 = t87 * t87;
+    const float t92 = t91 + t90;
+
+    /* Square roots and arc tangents */
+    const float t93 = puma560_f32_sqrt(t92);
+
+    /* waist: axis_angle */
+    const float t94 = (0.0F < t93) ? t93 : 1.0F;
+    const float t95 = 1.0F / t94;
+
+    /* Square roots and arc tangents */
+    const float t96 = puma560_f32_atan2(t93, t84);
+
+    /* waist: axis_angle */
+    const float t97 = t96 * t95;
+    const float t98 = 2.0F * t97;
+    const float t99 = (0.0F < t93) ? t98 : 2.0F;
+    const float t100 = t85 * t99;
+    axis_angle[0] = t100;
+    const float t101 = t86 * t99;
+    axis_angle[1] = t101;
+    const float t102 = t87 * t99;
+    axis_angle[2] = t102;
+}
+
+void puma560_f32_quaternion_wxyz_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 24])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = t19 * t37;
+    const float t39 = t25 * t31;
+    const float t40 = t38 - t39;
+    const float t41 = t19 * t35;
+    const float t42 = t25 * t29;
+    const float t43 = t42 - t41;
+    const float t44 = t31 * t35;
+    const float t45 = t29 * t37;
+    const float t46 = t45 - t44;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const float t47 = s1 * c4;
+    const float t48 = s1 * t13;
+    const float t49 = c1 * t13;
+    const float t50 = t49 - t47;
+    const float t51 = c1 * c4;
+    const float t52 = t48 + t51;
+    const float t53 = t29 - t43;
+    const float t54 = t29 + t43;
+    const float t55 = (t25 < 0.0F) ? t53 : t54;
+    const float t56 = -t25;
+    const float t57 = (t25 < 0.0F) ? t56 : t25;
+
+    /* waist: jacobian */
+    const float t58 = -t55;
+    const float t59 = (t55 < 0.0F) ? t58 : t55;
+    const float t60 = t57 + t59;
+    const float t61 = 1.0F + t60;
+    const float t62 = t37 + t46;
+    const float t63 = t37 - t46;
+    const float t64 = t35 - t19;
+    const float t65 = t19 + t35;
+    const float t66 = t40 - t31;
+    const float t67 = t31 + t40;
+    const float t68 = -t67;
+    const float t69 = (t55 < 0.0F) ? t64 : t62;
+    const float t70 = -t69;
+    const float t71 = (t55 < 0.0F) ? t65 : t62;
+    const float t72 = -t71;
+    const float t73 = -t64;
+    const float t74 = (t55 < 0.0F) ? t63 : t73;
+    const float t75 = -t65;
+    const float t76 = (t55 < 0.0F) ? t63 : t75;
+    const float t77 = (t55 < 0.0F) ? t66 : t61;
+    const float t78 = (t25 < 0.0F) ? t70 : t77;
+    const float t79 = (t55 < 0.0F) ? t61 : t66;
+    const float t80 = (t25 < 0.0F) ? t76 : t79;
+    const float t81 = (t55 < 0.0F) ? t68 : t61;
+    const float t82 = (t25 < 0.0F) ? t81 : t72;
+    const float t83 = (t55 < 0.0F) ? t61 : t68;
+    const float t84 = (t25 < 0.0F) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const float t85 = puma560_f32_sqrt(t61);
+
+    /* waist: jacobian */
+    const float t86 = 1.0F / t85;
+    const float t87 = t86 * 0.5F;
+    const float t88 = -t87;
+    const float t89 = (t84 < 0.0F) ? t88 : t87;
+    const float t90 = (0.0F < t82) ? t87 : t89;
+    const float t91 = (t82 < 0.0F) ? t88 : t90;
+    const float t92 = (0.0F < t78) ? t87 : t91;
+    const float t93 = (t78 < 0.0F) ? t88 : t92;
+    const float t94 = t78 * t93;
+    const float t95 = t82 * t93;
+    const float t96 = t84 * t93;
+    const float t97 = t80 * t93;
+    const float t98 = 0.5F * t94;
+    jacobian[18] = t98;
+    const float t99 = 0.5F * t95;
+    jacobian[12] = t99;
+    const float t100 = 0.5F * t96;
+    const float t101 = 0.5F * t97;
+    const float t102 = -t101;
+    jacobian[0] = t102;
+    const float t103 = -t100;
+    jacobian[6] = t103;
+    const float t104 = c1 * t100;
+    const float t105 = s1 * t99;
+    const float t106 = t105 - t104;
+    jacobian[1] = t106;
+    jacobian[2] = t106;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t107 = c23 * t101;
+    const float t108 = t0 * t99;
+    const float t109 = t107 + t108;
+    const float t110 = t1 * t100;
+    const float t111 = t110 + t109;
+    jacobian[3] = t111;
+    const float t112 = t50 * t99;
+    const float t113 = t52 * t100;
+    const float t114 = t2 * t101;
+    const float t115 = t114 - t112;
+    const float t116 = t115 - t113;
+    jacobian[4] = t116;
+    const float t117 = t25 * t101;
+    const float t118 = t37 * t100;
+    const float t119 = t35 * t99;
+    const float t120 = t119 - t117;
+    const float t121 = t120 - t118;
+    jacobian[5] = t121;
+    const float t122 = s1 * t98;
+    const float t123 = c1 * t101;
+    const float t124 = t123 - t122;
+    jacobian[7] = t124;
+    jacobian[8] = t124;
+    const float t125 = t0 * t98;
+    const float t126 = t1 * t101;
+    const float t127 = c23 * t100;
+    const float t128 = t127 - t125;
+    const float t129 = t128 - t126;
+    jacobian[9] = t129;
+    const float t130 = t2 * t100;
+    const float t131 = t50 * t98;
+    const float t132 = t130 + t131;
+    const float t133 = t52 * t101;
+    const float t134 = t133 + t132;
+    jacobian[10] = t134;
+    const float t135 = t25 * t100;
+    const float t136 = t35 * t98;
+    const float t137 = t37 * t101;
+    const float t138 = t137 - t135;
+    const float t139 = t138 - t136;
+    jacobian[11] = t139;
+    const float t140 = s1 * t101;
+    const float t141 = s1 * t100;
+    const float t142 = c1 * t98;
+    const float t143 = t140 + t142;
+    jacobian[13] = t143;
+    jacobian[14] = t143;
+    const float t144 = c1 * t99;
+    const float t145 = t141 + t144;
+    const float t146 = -t145;
+    jacobian[19] = t146;
+    jacobian[20] = t146;
+    const float t147 = c23 * t99;
+    const float t148 = c23 * t98;
+
+    /* waist: jacobian */
+    const float t149 = t1 * t98;
+    const float t150 = t1 * t99;
+    const float t151 = t150 - t148;
+    const float t152 = t0 * t101;
+    const float t153 = t152 - t147;
+    const float t154 = t153 - t149;
+    jacobian[15] = t154;
+    const float t155 = t0 * t100;
+    const float t156 = t151 - t155;
+    jacobian[21] = t156;
+    const float t157 = t2 * t99;
+    const float t158 = t2 * t98;
+    const float t159 = t50 * t101;
+    const float t160 = t35 * t101;
+    const float t161 = t50 * t100;
+    const float t162 = t161 - t158;
+    const float t163 = t35 * t100;
+    const float t164 = t52 * t98;
+    const float t165 = t164 - t157;
+    const float t166 = t165 - t159;
+    jacobian[16] = t166;
+    const float t167 = t52 * t99;
+    const float t168 = t162 - t167;
+    jacobian[22] = t168;
+    const float t169 = t25 * t99;
+    const float t170 = t169 + t160;
+    const float t171 = t37 * t99;
+    const float t172 = t37 * t98;
+    const float t173 = t172 + t170;
+    jacobian[17] = t173;
+    const float t174 = t25 * t98;
+    const float t175 = t174 - t163;
+    const float t176 = t175 - t171;
+    jacobian[23] = t176;
+}
+
+void puma560_f32_quaternion_xyzw_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 24])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = t19 * t37;
+    const float t39 = t25 * t31;
+    const float t40 = t38 - t39;
+    const float t41 = t19 * t35;
+    const float t42 = t25 * t29;
+    const float t43 = t42 - t41;
+    const float t44 = t31 * t35;
+    const float t45 = t29 * t37;
+    const float t46 = t45 - t44;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const float t47 = s1 * c4;
+    const float t48 = s1 * t13;
+    const float t49 = c1 * t13;
+    const float t50 = t49 - t47;
+    const float t51 = c1 * c4;
+    const float t52 = t48 + t51;
+    const float t53 = t29 - t43;
+    const float t54 = t29 + t43;
+    const float t55 = (t25 < 0.0F) ? t53 : t54;
+    const float t56 = -t25;
+    const float t57 = (t25 < 0.0F) ? t56 : t25;
+
+    /* waist: jacobian */
+    const float t58 = -t55;
+    const float t59 = (t55 < 0.0F) ? t58 : t55;
+    const float t60 = t57 + t59;
+    const float t61 = 1.0F + t60;
+    const float t62 = t37 + t46;
+    const float t63 = t37 - t46;
+    const float t64 = t35 - t19;
+    const float t65 = t19 + t35;
+    const float t66 = t40 - t31;
+    const float t67 = t31 + t40;
+    const float t68 = -t67;
+    const float t69 = (t55 < 0.0F) ? t64 : t62;
+    const float t70 = -t69;
+    const float t71 = (t55 < 0.0F) ? t65 : t62;
+    const float t72 = -t71;
+    const float t73 = -t64;
+    const float t74 = (t55 < 0.0F) ? t63 : t73;
+    const float t75 = -t65;
+    const float t76 = (t55 < 0.0F) ? t63 : t75;
+    const float t77 = (t55 < 0.0F) ? t66 : t61;
+    const float t78 = (t25 < 0.0F) ? t70 : t77;
+    const float t79 = (t55 < 0.0F) ? t61 : t66;
+    const float t80 = (t25 < 0.0F) ? t76 : t79;
+    const float t81 = (t55 < 0.0F) ? t68 : t61;
+    const float t82 = (t25 < 0.0F) ? t81 : t72;
+    const float t83 = (t55 < 0.0F) ? t61 : t68;
+    const float t84 = (t25 < 0.0F) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const float t85 = puma560_f32_sqrt(t61);
+
+    /* waist: jacobian */
+    const float t86 = 1.0F / t85;
+    const float t87 = t86 * 0.5F;
+    const float t88 = -t87;
+    const float t89 = (t84 < 0.0F) ? t88 : t87;
+    const float t90 = (0.0F < t82) ? t87 : t89;
+    const float t91 = (t82 < 0.0F) ? t88 : t90;
+    const float t92 = (0.0F < t78) ? t87 : t91;
+    const float t93 = (t78 < 0.0F) ? t88 : t92;
+    const float t94 = t78 * t93;
+    const float t95 = t82 * t93;
+    const float t96 = t84 * t93;
+    const float t97 = t80 * t93;
+    const float t98 = 0.5F * t94;
+    jacobian[12] = t98;
+    const float t99 = 0.5F * t95;
+    jacobian[6] = t99;
+    const float t100 = 0.5F * t96;
+    const float t101 = 0.5F * t97;
+    const float t102 = -t100;
+    jacobian[0] = t102;
+    const float t103 = -t101;
+    jacobian[18] = t103;
+    const float t104 = s1 * t98;
+    const float t105 = c1 * t101;
+    const float t106 = t105 - t104;
+    jacobian[1] = t106;
+    jacobian[2] = t106;
+    const float t107 = t0 * t98;
+    const float t108 = t1 * t101;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t109 = c23 * t100;
+    const float t110 = t109 - t107;
+    const float t111 = t110 - t108;
+    jacobian[3] = t111;
+    const float t112 = t2 * t100;
+    const float t113 = t50 * t98;
+    const float t114 = t112 + t113;
+    const float t115 = t52 * t101;
+    const float t116 = t115 + t114;
+    jacobian[4] = t116;
+    const float t117 = t25 * t100;
+    const float t118 = t35 * t98;
+    const float t119 = t37 * t101;
+    const float t120 = t119 - t117;
+    const float t121 = t120 - t118;
+    jacobian[5] = t121;
+    const float t122 = s1 * t101;
+    const float t123 = c1 * t98;
+    const float t124 = t122 + t123;
+    jacobian[7] = t124;
+    jacobian[8] = t124;
+    const float t125 = c23 * t99;
+
+    /* waist: jacobian */
+    const float t126 = t1 * t98;
+    const float t127 = t0 * t101;
+    const float t128 = t127 - t125;
+    const float t129 = t128 - t126;
+    jacobian[9] = t129;
+    const float t130 = t2 * t99;
+    const float t131 = t50 * t101;
+    const float t132 = t52 * t98;
+    const float t133 = t132 - t130;
+    const float t134 = t133 - t131;
+    jacobian[10] = t134;
+    const float t135 = t25 * t99;
+    const float t136 = t35 * t101;
+    const float t137 = t135 + t136;
+    const float t138 = t37 * t98;
+    const float t139 = t138 + t137;
+    jacobian[11] = t139;
+    const float t140 = s1 * t100;
+    const float t141 = s1 * t99;
+    const float t142 = c1 * t99;
+    const float t143 = t140 + t142;
+    const float t144 = -t143;
+    jacobian[13] = t144;
+    jacobian[14] = t144;
+    const float t145 = c1 * t100;
+    const float t146 = t141 - t145;
+    jacobian[19] = t146;
+    jacobian[20] = t146;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t147 = c23 * t98;
+    const float t148 = c23 * t101;
+    const float t149 = t0 * t100;
+    const float t150 = t0 * t99;
+    const float t151 = t148 + t150;
+    const float t152 = t1 * t99;
+    const float t153 = t152 - t147;
+    const float t154 = t153 - t149;
+    jacobian[15] = t154;
+    const float t155 = t1 * t100;
+    const float t156 = t155 + t151;
+    jacobian[21] = t156;
+    const float t157 = t2 * t98;
+    const float t158 = t25 * t98;
+    const float t159 = t2 * t101;
+    const float t160 = t25 * t101;
+    const float t161 = t52 * t99;
+    const float t162 = t52 * t100;
+    const float t163 = t50 * t100;
+    const float t164 = t163 - t157;
+    const float t165 = t164 - t161;
+    jacobian[16] = t165;
+    const float t166 = t50 * t99;
+    const float t167 = t159 - t166;
+    const float t168 = t167 - t162;
+    jacobian[22] = t168;
+    const float t169 = t35 * t100;
+    const float t170 = t158 - t169;
+    const float t171 = t37 * t100;
+    const float t172 = t37 * t99;
+    const float t173 = t170 - t172;
+    jacobian[17] = t173;
+    const float t174 = t35 * t99;
+    const float t175 = t174 - t160;
+    const float t176 = t175 - t171;
+    jacobian[23] = t176;
+}
+
+void puma560_f32_rpy_zyx_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = t19 * t37;
+    const float t39 = t19 * t35;
+    const float t40 = t31 * t35;
+    const float t41 = t25 * t31;
+    const float t42 = t41 - t38;
+    const float t43 = t29 * t37;
+    const float t44 = t43 - t40;
+    const float t45 = t25 * t29;
+    const float t46 = t45 - t39;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const float t47 = t25 * t25;
+    const float t48 = t44 * t44;
+    const float t49 = t47 + t48;
+    const float t50 = s1 * c4;
+    const float t51 = s1 * t13;
+    const float t52 = c1 * t13;
+    const float t53 = t52 - t50;
+    const float t54 = c1 * c4;
+    const float t55 = t51 + t54;
+
+    /* Square roots and arc tangents */
+    const float t56 = puma560_f32_sqrt(t49);
+
+    /* waist: jacobian */
+    const float t57 = (0.0F < t56) ? t56 : 1.0F;
+    const float t58 = 1.0F / t57;
+    const float t59 = t44 * t58;
+    const float t60 = t25 * t58;
+    const float t61 = (0.0F < t56) ? t60 : 1.0F;
+    const float t62 = (0.0F < t56) ? t58 : 0.0F;
+    const float t63 = t42 * t61;
+    const float t64 = t46 * t61;
+    const float t65 = t19 * t62;
+    const float t66 = t35 * t59;
+    const float t67 = t66 - t63;
+    const float t68 = t37 * t59;
+    const float t69 = t68 + t64;
+    const float t70 = s1 * t69;
+    const float t71 = s1 * t67;
+    const float t72 = c1 * t67;
+    const float t73 = t72 - t70;
+    const float t74 = t62 * t73;
+    jacobian[1] = t74;
+    jacobian[2] = t74;
+    const float t75 = t73 * t65;
+    jacobian[13] = t75;
+    jacobian[14] = t75;
+    const float t76 = c1 * t69;
+    const float t77 = t71 + t76;
+    jacobian[7] = t77;
+    jacobian[8] = t77;
+    const float t78 = t0 * t69;
+    const float t79 = t0 * t67;
+    const float t80 = t1 * t67;
+    const float t81 = t78 + t80;
+    const float t82 = t1 * t69;
+    const float t83 = t79 - t82;
+    jacobian[9] = t83;
+    const float t84 = t62 * t81;
+    const float t85 = -t84;
+    jacobian[3] = t85;
+    const float t86 = t81 * t65;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t87 = c23 + t86;
+    const float t88 = -t87;
+    jacobian[15] = t88;
+    const float t89 = t53 * t69;
+    const float t90 = t53 * t67;
+    const float t91 = t55 * t67;
+    const float t92 = t89 + t91;
+    const float t93 = t62 * t92;
+    jacobian[4] = t93;
+    const float t94 = t55 * t69;
+    const float t95 = t94 - t90;
+    jacobian[10] = t95;
+    const float t96 = t92 * t65;
+    const float t97 = t96 - t2;
+    jacobian[16] = t97;
+    const float t98 = t35 * t69;
+    const float t99 = t35 * t67;
+    const float t100 = t37 * t67;
+    const float t101 = t100 - t98;
+    const float t102 = t62 * t101;
+    jacobian[5] = t102;
+    const float t103 = t37 * t69;
+    const float t104 = t99 + t103;
+    jacobian[11] = t104;
+    const float t105 = t101 * t65;
+    const float t106 = t25 + t105;
+    jacobian[17] = t106;
+
+    /* Entries that need no computing */
+    jacobian[0] = 0.0F;
+    jacobian[6] = 0.0F;
+    jacobian[12] = 1.0F;
+}
+
+void puma560_f32_rpy_xyz_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = c1 * t35;
+    const float t39 = t19 * t37;
+    const float t40 = t19 * t35;
+    const float t41 = t31 * t35;
+    const float t42 = t25 * t31;
+    const float t43 = t42 - t39;
+    const float t44 = t25 * t29;
+    const float t45 = t44 - t40;
+    const float t46 = t29 * t37;
+    const float t47 = t46 - t41;
+    const float t48 = t29 * t29;
+    const float t49 = t43 * t43;
+    const float t50 = t48 + t49;
+
+    /* waist and forearm: jacobian */
+    const float t51 = s1 * c4;
+    const float t52 = s1 * t13;
+    const float t53 = c1 * t13;
+    const float t54 = t53 - t51;
+    const float t55 = c1 * c4;
+    const float t56 = t52 + t55;
+
+    /* Square roots and arc tangents */
+    const float t57 = puma560_f32_sqrt(t50);
+
+    /* waist: jacobian */
+    const float t58 = (0.0F < t57) ? t57 : 1.0F;
+    const float t59 = 1.0F / t58;
+    const float t60 = t43 * t59;
+    const float t61 = t29 * t59;
+    const float t62 = (0.0F < t57) ? t61 : 1.0F;
+    const float t63 = (0.0F < t57) ? t59 : 0.0F;
+    const float t64 = t19 * t60;
+    const float t65 = t31 * t60;
+    const float t66 = t47 * t62;
+    const float t67 = t66 - t64;
+    const float t68 = t45 * t62;
+    const float t69 = t65 + t68;
+    const float t70 = t63 * t38;
+    const float t71 = t67 * t70;
+    const float t72 = t71 - s1;
+    jacobian[1] = t72;
+    jacobian[2] = t72;
+    const float t73 = c1 * t69;
+    jacobian[7] = t73;
+    jacobian[8] = t73;
+    const float t74 = t63 * t69;
+    jacobian[12] = t74;
+    const float t75 = c1 * t63;
+    const float t76 = t67 * t75;
+    jacobian[13] = t76;
+    jacobian[14] = t76;
+    const float t77 = -t67;
+    jacobian[6] = t77;
+    const float t78 = t35 * t63;
+    const float t79 = t69 * t78;
+    jacobian[0] = t79;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t80 = c23 * t69;
+    const float t81 = c23 * t67;
+    const float t82 = t1 * t67;
+    const float t83 = t80 + t82;
+    const float t84 = t1 * t69;
+    const float t85 = t81 - t84;
+    jacobian[9] = t85;
+    const float t86 = t78 * t83;
+    const float t87 = t0 + t86;
+    const float t88 = -t87;
+    jacobian[3] = t88;
+    const float t89 = t63 * t83;
+    const float t90 = -t89;
+    jacobian[15] = t90;
+    const float t91 = t2 * t69;
+    const float t92 = t2 * t67;
+    const float t93 = t56 * t67;
+    const float t94 = t93 - t91;
+    const float t95 = t56 * t69;
+    const float t96 = t92 + t95;
+    jacobian[10] = t96;
+    const float t97 = t63 * t94;
+    jacobian[16] = t97;
+    const float t98 = t78 * t94;
+    const float t99 = t54 + t98;
+    jacobian[4] = t99;
+    const float t100 = t25 * t69;
+    const float t101 = t25 * t67;
+    const float t102 = t37 * t67;
+    const float t103 = t100 + t102;
+    const float t104 = t37 * t69;
+    const float t105 = t104 - t101;
+    jacobian[11] = t105;
+    const float t106 = t63 * t103;
+    jacobian[17] = t106;
+    const float t107 = t78 * t103;
+    const float t108 = t107 - t35;
+    jacobian[5] = t108;
+}
+
+void puma560_f32_euler_zyz_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+
+    /* shoulder and elbow: jacobian */
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+
+    /* waist: jacobian */
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = t19 * t37;
+    const float t39 = t29 * t37;
+    const float t40 = t25 * t29;
+    const float t41 = t25 * t31;
+    const float t42 = t41 - t38;
+    const float t43 = t31 * t35;
+    const float t44 = t39 - t43;
+    const float t45 = t19 * t35;
+    const float t46 = t40 - t45;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const float t47 = t19 * t19;
+    const float t48 = t44 * t44;
+    const float t49 = t47 + t48;
+    const float t50 = s1 * c4;
+    const float t51 = s1 * t13;
+    const float t52 = c1 * t13;
+    const float t53 = t52 - t50;
+    const float t54 = c1 * c4;
+    const float t55 = t51 + t54;
+
+    /* Square roots and arc tangents */
+    const float t56 = puma560_f32_sqrt(t49);
+
+    /* waist: jacobian */
+    const float t57 = (0.0F < t56) ? t56 : 1.0F;
+    const float t58 = 1.0F / t57;
+    const float t59 = t44 * t58;
+    const float t60 = t19 * t58;
+    const float t61 = (0.0F < t56) ? t60 : 1.0F;
+    const float t62 = (0.0F < t56) ? t58 : 0.0F;
+    const float t63 = t42 * t61;
+    const float t64 = t46 * t61;
+    const float t65 = t29 * t59;
+    const float t66 = t65 - t63;
+    const float t67 = t31 * t59;
+    const float t68 = t67 + t64;
+    const float t69 = s1 * t68;
+    const float t70 = s1 * t66;
+    const float t71 = c1 * t66;
+    const float t72 = t71 - t69;
+    const float t73 = c1 * t68;
+    const float t74 = t70 + t73;
+    jacobian[7] = t74;
+    jacobian[8] = t74;
+    const float t75 = t62 * t72;
+    jacobian[13] = t75;
+    jacobian[14] = t75;
+    const float t76 = t25 * t62;
+    const float t77 = t72 * t76;
+    const float t78 = -t77;
+    jacobian[1] = t78;
+    jacobian[2] = t78;
+    const float t79 = t0 * t68;
+    const float t80 = t0 * t66;
+    const float t81 = t1 * t66;
+    const float t82 = t79 + t81;
+    const float t83 = t1 * t68;
+    const float t84 = t80 - t83;
+    jacobian[9] = t84;
+    const float t85 = t76 * t82;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t86 = t85 - c23;
+    jacobian[3] = t86;
+    const float t87 = t62 * t82;
+    const float t88 = -t87;
+    jacobian[15] = t88;
+    const float t89 = t53 * t68;
+    const float t90 = t53 * t66;
+    const float t91 = t55 * t66;
+    const float t92 = t89 + t91;
+    const float t93 = t55 * t68;
+    const float t94 = t93 - t90;
+    jacobian[10] = t94;
+    const float t95 = t62 * t92;
+    jacobian[16] = t95;
+    const float t96 = t76 * t92;
+    const float t97 = t2 + t96;
+    const float t98 = -t97;
+    jacobian[4] = t98;
+    const float t99 = t35 * t68;
+    const float t100 = t35 * t66;
+    const float t101 = t37 * t66;
+    const float t102 = t101 - t99;
+    const float t103 = t37 * t68;
+    const float t104 = t100 + t103;
+    jacobian[11] = t104;
+    const float t105 = t62 * t102;
+    jacobian[17] = t105;
+    const float t106 = t76 * t102;
+    const float t107 = t25 - t106;
+    jacobian[5] = t107;
+
+    /* Entries that need no computing */
+    jacobian[0] = 1.0F;
+    jacobian[6] = 0.0F;
+    jacobian[12] = 0.0F;
+}
+
+void puma560_f32_axis_angle_jacobian(const float q[restrict PUMA560_DOF], float jacobian[restrict 18])
+{
+    /* Angle sums: q23 of shoulder and elbow */
+    const float q23 = q[1] + q[2];
+
+    /* Sines and cosines */
+    float s1;
+    float c1;
+    KINEGEN_PUMA560_F32_SINCOS(q[0], &s1, &c1);
+    float s23;
+    float c23;
+    KINEGEN_PUMA560_F32_SINCOS(q23, &s23, &c23);
+    float s4;
+    float c4;
+    KINEGEN_PUMA560_F32_SINCOS(q[3], &s4, &c4);
+    float s5;
+    float c5;
+    KINEGEN_PUMA560_F32_SINCOS(q[4], &s5, &c5);
+    float s6;
+    float c6;
+    KINEGEN_PUMA560_F32_SINCOS(q[5], &s6, &c6);
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const float t0 = c1 * s23;
+    const float t1 = s1 * s23;
+    const float t2 = s23 * s4;
+    const float t3 = c5 * c6;
+    const float t4 = s5 * c6;
+    const float t5 = s4 * s6;
+    const float t6 = c4 * s6;
+    const float t7 = c4 * t3;
+    const float t8 = t7 - t5;
+    const float t9 = s4 * t3;
+    const float t10 = t9 + t6;
+    const float t11 = c4 * s5;
+    const float t12 = s4 * s5;
+    const float t13 = c23 * s4;
+    const float t14 = c23 * t8;
+    const float t15 = s23 * t8;
+    const float t16 = s23 * t4;
+    const float t17 = t16 - t14;
+    const float t18 = c23 * t4;
+    const float t19 = t15 + t18;
+    const float t20 = s23 * c5;
+    const float t21 = c23 * c5;
+    const float t22 = c23 * t11;
+    const float t23 = t20 + t22;
+    const float t24 = s23 * t11;
+    const float t25 = t24 - t21;
+
+    /* waist and forearm: jacobian */
+    const float t26 = c1 * t17;
+    const float t27 = s1 * t17;
+    const float t28 = s1 * t10;
+    const float t29 = t28 - t26;
+    const float t30 = c1 * t10;
+    const float t31 = t27 + t30;
+    const float t32 = s1 * t12;
+    const float t33 = c1 * t12;
+    const float t34 = c1 * t23;
+    const float t35 = t32 + t34;
+    const float t36 = s1 * t23;
+    const float t37 = t33 - t36;
+    const float t38 = t19 * t37;
+    const float t39 = t25 * t31;
+    const float t40 = t38 - t39;
+    const float t41 = t19 * t35;
+    const float t42 = t25 * t29;
+    const float t43 = t42 - t41;
+    const float t44 = t31 * t35;
+    const float t45 = t29 * t37;
+    const float t46 = t45 - t44;
+    const float t47 = s1 * c4;
+    const float t48 = s1 * t13;
+    const float t49 = c1 * t13;
+    const float t50 = t49 - t47;
+
+    /* waist, shoulder, elbow and forearm: jacobian */
+    const float t51 = c1 * c4;
+    const float t52 = t48 + t51;
+    const float t53 = t29 - t43;
+    const float t54 = t29 + t43;
+    const float t55 = (t25 < 0.0F) ? t53 : t54;
+    const float t56 = -t25;
+    const float t57 = (t25 < 0.0F) ? t56 : t25;
+    const float t58 = -t55;
+    const float t59 = (t55 < 0.0F) ? t58 : t55;
+    const float t60 = t57 + t59;
+    const float t61 = 1.0F + t60;
+    const float t62 = t37 + t46;
+    const float t63 = t37 - t46;
+    const float t64 = t35 - t19;
+    const float t65 = t19 + t35;
+    const float t66 = t40 - t31;
+    const float t67 = t31 + t40;
+    const float t68 = -t67;
+    const float t69 = (t55 < 0.0F) ? t64 : t62;
+    const float t70 = -t69;
+    const float t71 = (t55 < 0.0F) ? t65 : t62;
+    const float t72 = -t71;
+    const float t73 = -t64;
+    const float t74 = (t55 < 0.0F) ? t63 : t73;
+    const float t75 = -t65;
+    const float t76 = (t55 < 0.0F) ? t63 : t75;
+    const float t77 = (t55 < 0.0F) ? t66 : t61;
+    const float t78 = (t25 < 0.0F) ? t70 : t77;
+    const float t79 = (t55 < 0.0F) ? t61 : t66;
+    const float t80 = (t25 < 0.0F) ? t76 : t79;
+    const float t81 = (t55 < 0.0F) ? t68 : t61;
+    const float t82 = (t25 < 0.0F) ? t81 : t72;
+    const float t83 = (t55 < 0.0F) ? t61 : t68;
+    const float t84 = (t25 < 0.0F) ? t83 : t74;
+
+    /* Square roots and arc tangents */
+    const float t85 = puma560_f32_sqrt(t61);
+
+    /* waist: jacobian */
+    const float t86 = 1.0F / t85;
+    const float t87 = t86 * 0.5F;
+    const float t88 = -t87;
+    const float t89 = (t84 < 0.0F) ? t88 : t87;
+    const float t90 = (0.0F < t82) ? t87 : t89;
+    const float t91 = (t82 < 0.0F) ? t88 : t90;
+    const float t92 = (0.0F < t78) ? t87 : t91;
+    const float t93 = (t78 < 0.0F) ? t88 : t92;
+    const float t94 = t78 * t93;
+    const float t95 = t82 * t93;
+    const float t96 = t84 * t93;
+    const float t97 = t80 * t93;
+    const float t98 = t95 * t95;
+    const float t99 = t96 * t96;
+    const float t100 = t98 + t99;
+    const float t101 = t97 * t97;
+    const float t102 = t101 + t100;
+
+    /* Square roots and arc tangents */
+    const float t103 = puma560_f32_sqrt(t102);
+
+    /* waist: jacobian */
+    const float t104 = (0.0F < t103) ? t103 : 1.0F;
+    const float t105 = 1.0F / t104;
+    const float t106 = t95 * t105;
+    const float t107 = t96 * t105;
+    const float t108 = t97 * t105;
+
+    /* Square roots and arc tangents */
+    const float t109 = puma560_f32_atan2(t103, t94);
+
+    /* waist: jacobian */
+    const float t110 = t94 * t109;
+    const float t111 = t109 * t105;
+    const float t112 = t105 * t110;
+    const float t113 = 2.0F * t111;
+    const float t114 = (0.0F < t103) ? t113 : 2.0F;
+    const float t115 = (0.0F < t103) ? t112 : 1.0F;
+    const float t116 = t95 * t114;
+    const float t117 = t96 * t114;
+    const float t118 = t97 * t114;
+    const float t119 = 0.5F * t116;
+    const float t120 = 0.5F * t117;
+    const float t121 = 0.5F * t118;
+    const float t122 = t115 - 1.0F;
+    const float t123 = t106 * t122;
+    const float t124 = t107 * t122;
+    const float t125 = t108 * t122;
+    const float t126 = t107 * t123;
+    const float t127 = t106 * t123;
+    const float t128 = t106 * t125;
+    const float t129 = t115 - t127;
+    const float t130 = t107 * t124;
+    const float t131 = t108 * t124;
+    const float t132 = t108 * t125;
+    const float t133 = t115 - t130;
+    const float t134 = t115 - t132;
+    jacobian[12] = t134;
+    const float t135 = t121 - t126;
+    const float t136 = t121 + t126;
+    const float t137 = t120 + t128;
+    const float t138 = t120 - t128;
+    const float t139 = -t137;
+    jacobian[0] = t139;
+    const float t140 = t119 - t131;
+    jacobian[6] = t140;
+    const float t141 = t119 + t131;
+    const float t142 = s1 * t129;
+    const float t143 = c1 * t135;
+    const float t144 = t143 - t142;
+    jacobian[1] = t144;
+    jacobian[2] = t144;
+    const float t145 = t0 * t129;
+    const float t146 = t1 * t135;
+
+    /* waist, shoulder and elbow: jacobian */
+    const float t147 = c23 * t137;
+    const float t148 = t147 - t145;
+    const float t149 = t148 - t146;
+    jacobian[3] = t149;
+    const float t150 = t2 * t137;
+    const float t151 = t25 * t137;
+    const float t152 = t50 * t129;
+    const float t153 = t150 + t152;
+    const float t154 = t35 * t129;
+    const float t155 = t52 * t135;
+    const float t156 = t155 + t153;
+    jacobian[4] = t156;
+    const float t157 = t37 * t135;
+    const float t158 = t157 - t151;
+    const float t159 = t158 - t154;
+    jacobian[5] = t159;
+    const float t160 = s1 * t136;
+    const float t161 = s1 * t138;
+    const float t162 = c1 * t133;
+    const float t163 = t160 + t162;
+    jacobian[7] = t163;
+    jacobian[8] = t163;
+    const float t164 = c1 * t141;
+    const float t165 = t161 + t164;
+    const float t166 = -t165;
+    jacobian[13] = t166;
+    jacobian[14] = t166;
+    const float t167 = c23 * t140;
+    const float t168 = c23 * t134;
+
+    /* waist: jacobian */
+    const float t169 = t1 * t133;
+    const float t170 = t1 * t141;
+    const float t171 = t170 - t168;
+    const float t172 = t0 * t136;
+    const float t173 = t172 - t167;
+    const float t174 = t173 - t169;
+    jacobian[9] = t174;
+    const float t175 = t0 * t138;
+    const float t176 = t171 - t175;
+    jacobian[15] = t176;
+    const float t177 = t2 * t140;
+    const float t178 = t25 * t140;
+    const float t179 = t2 * t134;
+    const float t180 = t25 * t134;
+    const float t181 = t50 * t136;
+    const float t182 = t35 * t136;
+    const float t183 = t178 + t182;
+    const float t184 = t50 * t138;
+    const float t185 = t184 - t179;
+    const float t186 = t35 * t138;
+    const float t187 = t180 - t186;
+    const float t188 = t52 * t133;
+    const float t189 = t188 - t177;
+    const float t190 = t189 - t181;
+    jacobian[10] = t190;
+    const float t191 = t37 * t133;
+    const float t192 = t191 + t183;
+    jacobian[11] = t192;
+    const float t193 = t52 * t141;
+    const float t194 = t185 - t193;
+    jacobian[16] = t194;
+    const float t195 = t37 * t141;
+    const float t196 = t187 - t195;
+    jacobian[17] = t196;
+}
+
+void puma560_f32_inverse_pose(const float a_T_b[restrict 16], float b_T_a[restrict 16])
+{
+    /* position */
+    const float t0 = a_T_b[0] * a_T_b[3];
+    const float t1 = a_T_b[4] * a_T_b[7];
+    const float t2 = t0 + t1;
+    const float t3 = a_T_b[8] * a_T_b[11];
+    const float t4 = t3 + t2;
+    const float t5 = -t4;
+    b_T_a[3] = t5;
+    const float t6 = a_T_b[1] * a_T_b[3];
+    const float t7 = a_T_b[5] * a_T_b[7];
+    const float t8 = t6 + t7;
+    const float t9 = a_T_b[9] * a_T_b[11];
+    const float t10 = t9 + t8;
+    const float t11 = -t10;
+    b_T_a[7] = t11;
+    const float t12 = a_T_b[2] * a_T_b[3];
+    const float t13 = a_T_b[6] * a_T_b[7];
+    const float t14 = t12 + t13;
+    const float t15 = a_T_b[10] * a_T_b[11];
+    const float t16 = t15 + t14;
+    const float t17 = -t16;
+    b_T_a[11] = t17;
+
+    /* Entries that need no computing */
+    b_T_a[0] = a_T_b[0];
+    b_T_a[1] = a_T_b[4];
+    b_T_a[2] = a_T_b[8];
+    b_T_a[4] = a_T_b[1];
+    b_T_a[5] = a_T_b[5];
+    b_T_a[6] = a_T_b[9];
+    b_T_a[8] = a_T_b[2];
+    b_T_a[9] = a_T_b[6];
+    b_T_a[10] = a_T_b[10];
+    b_T_a[12] = 0.0F;
+    b_T_a[13] = 0.0F;
+    b_T_a[14] = 0.0F;
+    b_T_a[15] = 1.0F;
+}
+
+void puma560_f32_transform_point(const float a_T_b[restrict 16], const float b_p[restrict 3], float a_p[restrict 3])
+{
+    /* a_p */
+    const float t0 = a_T_b[0] * b_p[0];
+    const float t1 = a_T_b[3] + t0;
+    const float t2 = a_T_b[1] * b_p[1];
+    const float t3 = t2 + t1;
+    const float t4 = a_T_b[2] * b_p[2];
+    const float t5 = t4 + t3;
+    a_p[0] = t5;
+    const float t6 = a_T_b[4] * b_p[0];
+    const float t7 = a_T_b[7] + t6;
+    const float t8 = a_T_b[5] * b_p[1];
+    const float t9 = t8 + t7;
+    const float t10 = a_T_b[6] * b_p[2];
+    const float t11 = t10 + t9;
+    a_p[1] = t11;
+    const float t12 = a_T_b[8] * b_p[0];
+    const float t13 = a_T_b[11] + t12;
+    const float t14 = a_T_b[9] * b_p[1];
+    const float t15 = t14 + t13;
+    const float t16 = a_T_b[10] * b_p[2];
+    const float t17 = t16 + t15;
+    a_p[2] = t17;
+}
+
+void puma560_f32_adjoint(const float a_T_b[restrict 16], float adjoint[restrict 36])
+{
+    /* adjoint */
+    const float t0 = a_T_b[4] * a_T_b[11];
+    const float t1 = a_T_b[7] * a_T_b[8];
+    const float t2 = t1 - t0;
+    adjoint[3] = t2;
+    const float t3 = a_T_b[0] * a_T_b[11];
+    const float t4 = a_T_b[3] * a_T_b[8];
+    const float t5 = t3 - t4;
+    adjoint[9] = t5;
+    const float t6 = a_T_b[0] * a_T_b[7];
+    const float t7 = a_T_b[3] * a_T_b[4];
+    const float t8 = t7 - t6;
+    adjoint[15] = t8;
+    const float t9 = a_T_b[5] * a_T_b[11];
+    const float t10 = a_T_b[7] * a_T_b[9];
+    const float t11 = t10 - t9;
+    adjoint[4] = t11;
+    const float t12 = a_T_b[1] * a_T_b[11];
+    const float t13 = a_T_b[3] * a_T_b[9];
+    const float t14 = t12 - t13;
+    adjoint[10] = t14;
+    const float t15 = a_T_b[1] * a_T_b[7];
+    const float t16 = a_T_b[3] * a_T_b[5];
+    const float t17 = t16 - t15;
+    adjoint[16] = t17;
+    const float t18 = a_T_b[6] * a_T_b[11];
+    const float t19 = a_T_b[7] * a_T_b[10];
+    const float t20 = t19 - t18;
+    adjoint[5] = t20;
+    const float t21 = a_T_b[2] * a_T_b[11];
+    const float t22 = a_T_b[3] * a_T_b[10];
+    const float t23 = t21 - t22;
+    adjoint[11] = t23;
+    const float t24 = a_T_b[2] * a_T_b[7];
+    const float t25 = a_T_b[3] * a_T_b[6];
+    const float t26 = t25 - t24;
+    adjoint[17] = t26;
+
+    /* Entries that need no computing */
+    adjoint[0] = a_T_b[0];
+    adjoint[1] = a_T_b[1];
+    adjoint[2] = a_T_b[2];
+    adjoint[6] = a_T_b[4];
+    adjoint[7] = a_T_b[5];
+    adjoint[8] = a_T_b[6];
+    adjoint[12] = a_T_b[8];
+    adjoint[13] = a_T_b[9];
+    adjoint[14] = a_T_b[10];
+    adjoint[18] = 0.0F;
+    adjoint[19] = 0.0F;
+    adjoint[20] = 0.0F;
+    adjoint[21] = a_T_b[0];
+    adjoint[22] = a_T_b[1];
+    adjoint[23] = a_T_b[2];
+    adjoint[24] = 0.0F;
+    adjoint[25] = 0.0F;
+    adjoint[26] = 0.0F;
+    adjoint[27] = a_T_b[4];
+    adjoint[28] = a_T_b[5];
+    adjoint[29] = a_T_b[6];
+    adjoint[30] = 0.0F;
+    adjoint[31] = 0.0F;
+    adjoint[32] = 0.0F;
+    adjoint[33] = a_T_b[8];
+    adjoint[34] = a_T_b[9];
+    adjoint[35] = a_T_b[10];
+}
+
+void puma560_f32_inverse(const float base_T_tool[restrict 16], float solutions[restrict PUMA560_BRANCHES][PUMA560_DOF],
+                         uint8_t valid[restrict PUMA560_BRANCHES])
+{
+    /* all results */
+    const float t0 = base_T_tool[3] * 0.15005F;
+    const float t1 = base_T_tool[7] * 0.15005F;
+    const float t2 = base_T_tool[3] * base_T_tool[3];
+    const float t3 = base_T_tool[7] * base_T_tool[7];
+    const float t4 = t2 + t3;
+    const float t5 = 1.0F / t4;
+    const float t6 = base_T_tool[11] * base_T_tool[11];
+    const float t7 = t6 + t4;
+    const uint8_t t8 = (t7 < 1e+15F) ? 1U : 0U;
+    const float t9 = t4 - 0.022515003F;
+    const float t10 = (0.0F < t9) ? t9 : 0.0F;
+    const uint8_t t11 = ((-1.1791344e-06F) < t9) ? 1U : 0U;
+    const float t12 = base_T_tool[0] * base_T_tool[0];
+    const float t13 = base_T_tool[4] * base_T_tool[4];
+    const float t14 = t12 + t13;
+    const float t15 = base_T_tool[8] * base_T_tool[8];
+    const float t16 = t15 + t14;
+    const float t17 = t16 - 1.0F;
+    const float t18 = t17 * t17;
+    const float t19 = base_T_tool[1] * base_T_tool[1];
+    const float t20 = base_T_tool[5] * base_T_tool[5];
+    const float t21 = t19 + t20;
+    const float t22 = base_T_tool[9] * base_T_tool[9];
+    const float t23 = t22 + t21;
+    const float t24 = t23 - 1.0F;
+    const float t25 = t24 * t24;
+    const float t26 = t18 + t25;
+    const float t27 = base_T_tool[0] * base_T_tool[1];
+    const float t28 = base_T_tool[4] * base_T_tool[5];
+    const float t29 = t27 + t28;
+    const float t30 = base_T_tool[8] * base_T_tool[9];
+    const float t31 = t30 + t29;
+    const float t32 = t31 * t31;
+    const float t33 = t32 + t26;
+    const float t34 = base_T_tool[0] * base_T_tool[5];
+    const float t35 = base_T_tool[1] * base_T_tool[4];
+    const float t36 = t34 - t35;
+    const float t37 = base_T_tool[10] - t36;
+    const float t38 = t37 * t37;
+    const float t39 = t38 + t33;
+    const float t40 = base_T_tool[4] * base_T_tool[9];
+    const float t41 = base_T_tool[5] * base_T_tool[8];
+    const float t42 = t40 - t41;
+    const float t43 = base_T_tool[2] - t42;
+    const float t44 = t43 * t43;
+    const float t45 = t44 + t39;
+    const float t46 = base_T_tool[1] * base_T_tool[8];
+    const float t47 = base_T_tool[0] * base_T_tool[9];
+    const float t48 = t46 - t47;
+    const float t49 = base_T_tool[6] - t48;
+    const float t50 = t49 * t49;
+    const float t51 = t50 + t45;
+    const uint8_t t52 = (t51 < 9e-08F) ? t8 : 0U;
+    const uint8_t t53 = (uint8_t)(t52 & t11);
+
+    /* Square roots and arc tangents */
+    const float t54 = puma560_f32_sqrt(t10);
+    const float t55 = puma560_f32_atan2(base_T_tool[7], base_T_tool[3]);
+
+    /* shoulder, elbow, forearm, wrist_bend, flange and valid */
+    const float t56 = base_T_tool[3] * t54;
+    const float t57 = base_T_tool[7] * t54;
+    const float t58 = t54 * t54;
+    const float t59 = t6 + t58;
+    const float t60 = t56 + t1;
+    const float t61 = t56 - t1;
+    const float t62 = t5 * t60;
+    const float t63 = t5 * t61;
+    const float t64 = t0 - t57;
+    const float t65 = t0 + t57;
+    const float t66 = t5 * t64;
+    const float t67 = t5 * t65;
+    const float t68 = base_T_tool[0] * t62;
+    const float t69 = base_T_tool[0] * t66;
+    const float t70 = base_T_tool[4] * t62;
+    const float t71 = t69 + t70;
+    const float t72 = base_T_tool[4] * t66;
+    const float t73 = t68 - t72;
+    const float t74 = base_T_tool[1] * t62;
+    const float t75 = base_T_tool[1] * t66;
+    const float t76 = base_T_tool[5] * t62;
+    const float t77 = t75 + t76;
+    const float t78 = base_T_tool[5] * t66;
+    const float t79 = t74 - t78;
+    const float t80 = base_T_tool[2] * t62;
+    const float t81 = base_T_tool[6] * t62;
+    const float t82 = base_T_tool[2] * t66;
+    const float t83 = t82 + t81;
+    const float t84 = t83 * t83;
+    const float t85 = base_T_tool[6] * t66;
+    const float t86 = t80 - t85;
+    const float t87 = base_T_tool[0] * t63;
+    const float t88 = base_T_tool[0] * t67;
+    const float t89 = base_T_tool[4] * t63;
+    const float t90 = t88 - t89;
+    const float t91 = base_T_tool[4] * t67;
+    const float t92 = t87 + t91;
+    const float t93 = base_T_tool[1] * t63;
+    const float t94 = base_T_tool[1] * t67;
+    const float t95 = base_T_tool[5] * t63;
+    const float t96 = t94 - t95;
+    const float t97 = base_T_tool[5] * t67;
+    const float t98 = t93 + t97;
+    const float t99 = base_T_tool[2] * t63;
+    const float t100 = base_T_tool[6] * t63;
+    const float t101 = base_T_tool[2] * t67;
+    const float t102 = t101 - t100;
+    const float t103 = t102 * t102;
+    const float t104 = base_T_tool[6] * t67;
+    const float t105 = t99 + t104;
+    const float t106 = t59 * 2.6787076F;
+    const float t107 = t59 + 0.00041209F;
+    const float t108 = t106 - 2.0000007F;
+    const float t109 = t106 - 6.092628e-07F;
+    const float t110 = t108 * t109;
+    const float t111 = t109 - 1.0F;
+    const float t112 = t107 * 6.1280276e-05F;
+    const uint8_t t113 = (t110 < t112) ? 1U : 0U;
+    const uint8_t t114 = (uint8_t)(t113 & t53);
+    const float t115 = t107 * 7.6600345e-06F;
+    const float t116 = -t110;
+    const float t117 = (t115 < t116) ? t116 : 0.0F;
+    const float t118 = t109 * 0.4322769F;
+    const float t119 = t118 - 0.00047691356F;
+    const float t120 = t109 * 0.4318F;
+    const float t121 = 0.00047691356F + t120;
+    const float t122 = t121 * t121;
+
+    /* Square roots and arc tangents */
+    const float t123 = puma560_f32_sqrt(t117);
+    const float t124 = puma560_f32_atan2(0.15005F, t54);
+    const float t125 = puma560_f32_atan2(base_T_tool[11], t54);
+
+    /* waist, shoulder, forearm, wrist_bend, flange and valid */
+    const float t126 = t123 * 0.4322769F;
+    const float t127 = t123 * 0.4318F;
+    const float t128 = t127 * t127;
+    const float t129 = t122 + t128;
+    const float t130 = t59 * t129;
+    const float t131 = t55 - t124;
+    const float t132 = t55 + t124;
+    const float t133 = t132 - 3.1415927F;
+    const float t134 = t131 - 6.2831855F;
+    const float t135 = (3.1415927F < t131) ? t134 : t131;
+    const float t136 = 6.2831855F + t135;
+    const float t137 = (t135 < (-3.1415927F)) ? t136 : t135;
+    solutions[0][0] = t137;
+    solutions[1][0] = t137;
+    solutions[2][0] = t137;
+    solutions[3][0] = t137;
+    const uint8_t t138 = ((-2.7949169F) < t137) ? t114 : 0U;
+    const uint8_t t139 = (t137 < 2.7949169F) ? t138 : 0U;
+    const float t140 = 6.2831855F + t133;
+    const float t141 = (t133 < (-3.1415927F)) ? t140 : t133;
+    solutions[4][0] = t141;
+    solutions[5][0] = t141;
+    solutions[6][0] = t141;
+    solutions[7][0] = t141;
+    const uint8_t t142 = ((-2.7949169F) < t141) ? t114 : 0U;
+    const uint8_t t143 = (t141 < 2.7949169F) ? t142 : 0U;
+
+    /* Square roots and arc tangents */
+    const float t144 = puma560_f32_atan2(t123, t111);
+    const float t145 = puma560_f32_atan2(t126, t119);
+    const float t146 = puma560_f32_sqrt(t130);
+
+    /* forearm, wrist_bend, flange and valid */
+    const float t147 = 1.0F / t146;
+    const float t148 = t121 * t147;
+    const float t149 = t127 * t147;
+    const float t150 = t148 * 0.046960637F;
+    const float t151 = t148 * 0.9988967F;
+    const float t152 = t149 * 0.046960637F;
+    const float t153 = t149 * 0.9988967F;
+    const float t154 = t150 + t153;
+    const float t155 = t150 - t153;
+    const float t156 = t151 - t152;
+    const float t157 = t151 + t152;
+    const float t158 = t54 * t154;
+    const float t159 = base_T_tool[11] * t154;
+    const float t160 = t54 * t156;
+    const float t161 = base_T_tool[11] * t156;
+    const float t162 = t161 - t158;
+    const float t163 = t158 + t161;
+    const float t164 = t160 + t159;
+    const float t165 = t160 - t159;
+    const float t166 = t54 * t155;
+    const float t167 = t54 * t157;
+    const float t168 = base_T_tool[11] * t155;
+    const float t169 = base_T_tool[11] * t157;
+    const float t170 = t169 - t166;
+    const float t171 = t166 + t169;
+    const float t172 = t167 + t168;
+    const float t173 = t167 - t168;
+    const float t174 = t73 * t162;
+    const float t175 = t73 * t170;
+    const float t176 = base_T_tool[8] * t164;
+    const float t177 = t176 - t174;
+    const float t178 = t79 * t162;
+    const float t179 = t79 * t170;
+    const float t180 = base_T_tool[9] * t164;
+    const float t181 = t180 - t178;
+    const float t182 = t86 * t162;
+    const float t183 = base_T_tool[10] * t162;
+    const float t184 = t86 * t164;
+    const float t185 = t184 + t183;
+    const float t186 = base_T_tool[10] * t164;
+    const float t187 = t182 - t186;
+    const float t188 = t187 * t187;
+    const float t189 = t84 + t188;
+    const float t190 = (t189 < 1e-12F) ? 1.0F : t187;
+    const float t191 = (t189 < 1e-12F) ? 0.0F : t83;
+    const float t192 = t177 * t191;
+    const float t193 = t181 * t191;
+    const float t194 = t71 * t190;
+    const float t195 = t194 + t192;
+    const float t196 = t77 * t190;
+    const float t197 = t196 + t193;
+
+    /* shoulder, elbow, forearm, wrist_bend, flange and valid */
+    const float t198 = t145 + t125;
+    const float t199 = t145 - t125;
+    const float t200 = 6.2831855F + t198;
+    const float t201 = -t198;
+    const float t202 = (1.5707964F < t201) ? t200 : t198;
+    const float t203 = t198 - 3.1415927F;
+    const float t204 = 6.2831855F - t202;
+    const float t205 = -t202;
+    const float t206 = (4.712389F < t202) ? t204 : t205;
+    solutions[0][1] = t206;
+    solutions[1][1] = t206;
+    const uint8_t t207 = ((-3.929381F) < t206) ? t139 : 0U;
+    const uint8_t t208 = (t206 < 0.78778815F) ? t207 : 0U;
+    const float t209 = t144 - 1.5238184F;
+    const float t210 = t144 + 1.5238184F;
+    const float t211 = 6.2831855F + t209;
+    const float t212 = (t209 < (-3.1415927F)) ? t211 : t209;
+    solutions[0][2] = t212;
+    solutions[1][2] = t212;
+    solutions[6][2] = t212;
+    solutions[7][2] = t212;
+    const float t213 = base_T_tool[8] * t172;
+    const float t214 = t213 - t175;
+    const float t215 = base_T_tool[9] * t172;
+    const float t216 = t215 - t179;
+    const float t217 = t86 * t170;
+    const float t218 = t86 * t172;
+    const float t219 = base_T_tool[10] * t170;
+    const float t220 = t218 + t219;
+    const float t221 = base_T_tool[10] * t172;
+    const float t222 = t217 - t221;
+    const float t223 = t222 * t222;
+    const float t224 = t84 + t223;
+    const float t225 = (t224 < 1e-12F) ? 1.0F : t222;
+    const float t226 = (t224 < 1e-12F) ? 0.0F : t83;
+    const float t227 = t71 * t225;
+    const float t228 = t77 * t225;
+    const float t229 = t214 * t226;
+    const float t230 = t227 + t229;
+    const float t231 = t216 * t226;
+    const float t232 = t228 + t231;
+    const float t233 = t199 - 6.2831855F;
+    const float t234 = (1.5707964F < t199) ? t233 : t199;
+    const float t235 = 3.1415927F + t199;
+    const float t236 = 6.2831855F + t234;
+    const float t237 = (t234 < (-4.712389F)) ? t236 : t234;
+    solutions[2][1] = t237;
+    solutions[3][1] = t237;
+    const uint8_t t238 = ((-3.929381F) < t237) ? t139 : 0U;
+    const uint8_t t239 = (t237 < 0.78778815F) ? t238 : 0U;
+    const float t240 = t210 - 6.2831855F;
+    const float t241 = (3.1415927F < t210) ? t240 : t210;
+    const float t242 = -t241;
+    solutions[2][2] = t242;
+    solutions[3][2] = t242;
+    solutions[4][2] = t242;
+    solutions[5][2] = t242;
+    const float t243 = t92 * t171;
+    const float t244 = t92 * t163;
+    const float t245 = base_T_tool[8] * t173;
+    const float t246 = t243 - t245;
+    const float t247 = t98 * t171;
+    const float t248 = t98 * t163;
+    const float t249 = base_T_tool[9] * t173;
+    const float t250 = t247 - t249;
+
+    /* shoulder, forearm, wrist_bend, flange and valid */
+    const float t251 = t105 * t171;
+    const float t252 = base_T_tool[10] * t171;
+    const float t253 = t105 * t173;
+    const float t254 = t253 + t252;
+    const float t255 = base_T_tool[10] * t173;
+    const float t256 = t255 - t251;
+    const float t257 = t256 * t256;
+    const float t258 = t103 + t257;
+    const float t259 = (t258 < 1e-12F) ? 1.0F : t256;
+    const float t260 = (t258 < 1e-12F) ? 0.0F : t102;
+    const float t261 = t246 * t260;
+    const float t262 = t250 * t260;
+    const float t263 = t90 * t259;
+    const float t264 = t263 + t261;
+    const float t265 = t96 * t259;
+    const float t266 = t265 + t262;
+    const float t267 = t203 - 6.2831855F;
+    const float t268 = (1.5707964F < t203) ? t267 : t203;
+    const float t269 = 6.2831855F + t268;
+    const float t270 = (t268 < (-4.712389F)) ? t269 : t268;
+    solutions[4][1] = t270;
+    solutions[5][1] = t270;
+    const uint8_t t271 = ((-3.929381F) < t270) ? t143 : 0U;
+    const uint8_t t272 = (t270 < 0.78778815F) ? t271 : 0U;
+    const float t273 = base_T_tool[8] * t165;
+    const float t274 = t244 - t273;
+    const float t275 = base_T_tool[9] * t165;
+    const float t276 = t248 - t275;
+    const float t277 = t105 * t163;
+    const float t278 = t105 * t165;
+    const float t279 = base_T_tool[10] * t163;
+    const float t280 = t278 + t279;
+    const float t281 = base_T_tool[10] * t165;
+    const float t282 = t281 - t277;
+    const float t283 = t282 * t282;
+    const float t284 = t103 + t283;
+    const float t285 = (t284 < 1e-12F) ? 1.0F : t282;
+    const float t286 = (t284 < 1e-12F) ? 0.0F : t102;
+    const float t287 = t90 * t285;
+    const float t288 = t96 * t285;
+    const float t289 = t274 * t286;
+    const float t290 = t287 + t289;
+    const float t291 = t276 * t286;
+    const float t292 = t288 + t291;
+    const float t293 = 6.2831855F + t235;
+    const float t294 = -t235;
+    const float t295 = (1.5707964F < t294) ? t293 : t235;
+    const float t296 = 6.2831855F - t295;
+    const float t297 = -t295;
+    const float t298 = (4.712389F < t295) ? t296 : t297;
+    solutions[6][1] = t298;
+    solutions[7][1] = t298;
+
+    /* valid */
+    const uint8_t t299 = ((-3.929381F) < t298) ? t143 : 0U;
+    const uint8_t t300 = (t298 < 0.78778815F) ? t299 : 0U;
+
+    /* Square roots and arc tangents */
+    const float t301 = puma560_f32_atan2(t191, t190);
+    const float t302 = puma560_f32_atan2(t195, t197);
+    solutions[1][5] = t302;
+    const float t303 = puma560_f32_atan2(t226, t225);
+    const float t304 = puma560_f32_atan2(t230, t232);
+    solutions[3][5] = t304;
+    const float t305 = puma560_f32_atan2(t260, t259);
+    const float t306 = puma560_f32_atan2(t264, t266);
+    solutions[5][5] = t306;
+    const float t307 = puma560_f32_atan2(t286, t285);
+    const float t308 = puma560_f32_atan2(t290, t292);
+    solutions[7][5] = t308;
+    const float t309 = puma560_f32_sqrt(t189);
+    const float t310 = puma560_f32_sqrt(t224);
+    const float t311 = puma560_f32_sqrt(t258);
+    const float t312 = puma560_f32_sqrt(t284);
+
+    /* forearm, flange and valid */
+    const float t313 = 3.1415927F - t302;
+    const float t314 = 3.1415927F - t304;
+    const float t315 = 3.1415927F - t306;
+    const float t316 = 3.1415927F - t308;
+    const float t317 = t301 + 6.2831855F;
+    const float t318 = (t301 < (-2.6179938F)) ? t317 : t301;
+    solutions[0][3] = t318;
+    const float t319 = t301 + 3.1415927F;
+    const uint8_t t320 = ((-1.9222522F) < t318) ? t208 : 0U;
+    const uint8_t t321 = (t318 < 2.9694498F) ? t320 : 0U;
+    const float t322 = t313 - 6.2831855F;
+    const float t323 = (3.1415927F < t313) ? t322 : t313;
+    const float t324 = -t323;
+    solutions[0][5] = t324;
+    const float t325 = t319 - 6.2831855F;
+    const float t326 = (3.6651914F < t319) ? t325 : t319;
+    solutions[1][3] = t326;
+    const uint8_t t327 = ((-1.9222522F) < t326) ? t208 : 0U;
+    const uint8_t t328 = (t326 < 2.9694498F) ? t327 : 0U;
+    const float t329 = 6.2831855F + t303;
+    const float t330 = (t303 < (-2.6179938F)) ? t329 : t303;
+    solutions[2][3] = t330;
+    const float t331 = 3.1415927F + t303;
+    const uint8_t t332 = ((-1.9222522F) < t330) ? t239 : 0U;
+    const uint8_t t333 = (t330 < 2.9694498F) ? t332 : 0U;
+    const float t334 = t314 - 6.2831855F;
+    const float t335 = (3.1415927F < t314) ? t334 : t314;
+    const float t336 = -t335;
+    solutions[2][5] = t336;
+    const float t337 = t331 - 6.2831855F;
+    const float t338 = (3.6651914F < t331) ? t337 : t331;
+    solutions[3][3] = t338;
+    const uint8_t t339 = ((-1.9222522F) < t338) ? t239 : 0U;
+    const uint8_t t340 = (t338 < 2.9694498F) ? t339 : 0U;
+    const float t341 = 6.2831855F + t305;
+    const float t342 = (t305 < (-2.6179938F)) ? t341 : t305;
+    solutions[4][3] = t342;
+    const float t343 = 3.1415927F + t305;
+    const uint8_t t344 = ((-1.9222522F) < t342) ? t272 : 0U;
+    const uint8_t t345 = (t342 < 2.9694498F) ? t344 : 0U;
+    const float t346 = t315 - 6.2831855F;
+    const float t347 = (3.1415927F < t315) ? t346 : t315;
+    const float t348 = -t347;
+    solutions[4][5] = t348;
+    const float t349 = t343 - 6.2831855F;
+    const float t350 = (3.6651914F < t343) ? t349 : t343;
+    solutions[5][3] = t350;
+    const uint8_t t351 = ((-1.9222522F) < t350) ? t272 : 0U;
+    const uint8_t t352 = (t350 < 2.9694498F) ? t351 : 0U;
+    const float t353 = 6.2831855F + t307;
+    const float t354 = (t307 < (-2.6179938F)) ? t353 : t307;
+    solutions[6][3] = t354;
+    const float t355 = 3.1415927F + t307;
+    const uint8_t t356 = ((-1.9222522F) < t354) ? t300 : 0U;
+    const uint8_t t357 = (t354 < 2.9694498F) ? t356 : 0U;
+    const float t358 = t316 - 6.2831855F;
+    const float t359 = (3.1415927F < t316) ? t358 : t316;
+    const float t360 = -t359;
+    solutions[6][5] = t360;
+
+    /* forearm and valid */
+    const float t361 = t355 - 6.2831855F;
+    const float t362 = (3.6651914F < t355) ? t361 : t355;
+    solutions[7][3] = t362;
+    const uint8_t t363 = ((-1.9222522F) < t362) ? t300 : 0U;
+    const uint8_t t364 = (t362 < 2.9694498F) ? t363 : 0U;
+
+    /* Square roots and arc tangents */
+    const float t365 = puma560_f32_atan2(t309, t185);
+    solutions[0][4] = t365;
+    const float t366 = puma560_f32_atan2(t310, t220);
+    solutions[2][4] = t366;
+    const float t367 = puma560_f32_atan2(t311, t254);
+    solutions[4][4] = t367;
+    const float t368 = puma560_f32_atan2(t312, t280);
+    solutions[6][4] = t368;
+
+    /* wrist_bend and valid */
+    const uint8_t t369 = ((-1.7477193F) < t365) ? t321 : 0U;
+    const uint8_t t370 = (t365 < 1.7477193F) ? t369 : 0U;
+    valid[0] = t370;
+    const uint8_t t371 = (t365 < 1.7477193F) ? t328 : 0U;
+    const float t372 = -t365;
+    solutions[1][4] = t372;
+    const uint8_t t373 = (t372 < 1.7477193F) ? t371 : 0U;
+    valid[1] = t373;
+    const uint8_t t374 = ((-1.7477193F) < t366) ? t333 : 0U;
+    const uint8_t t375 = (t366 < 1.7477193F) ? t374 : 0U;
+    valid[2] = t375;
+    const uint8_t t376 = (t366 < 1.7477193F) ? t340 : 0U;
+    const float t377 = -t366;
+    solutions[3][4] = t377;
+    const uint8_t t378 = (t377 < 1.7477193F) ? t376 : 0U;
+    valid[3] = t378;
+    const uint8_t t379 = ((-1.7477193F) < t367) ? t345 : 0U;
+    const uint8_t t380 = (t367 < 1.7477193F) ? t379 : 0U;
+    valid[4] = t380;
+    const uint8_t t381 = (t367 < 1.7477193F) ? t352 : 0U;
+    const float t382 = -t367;
+    solutions[5][4] = t382;
+    const uint8_t t383 = (t382 < 1.7477193F) ? t381 : 0U;
+    valid[5] = t383;
+    const uint8_t t384 = ((-1.7477193F) < t368) ? t357 : 0U;
+    const uint8_t t385 = (t368 < 1.7477193F) ? t384 : 0U;
+    valid[6] = t385;
+    const uint8_t t386 = (t368 < 1.7477193F) ? t364 : 0U;
+    const float t387 = -t368;
+    solutions[7][4] = t387;
+    const uint8_t t388 = (t387 < 1.7477193F) ? t386 : 0U;
+    valid[7] = t388;
+}
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+static float puma560_f32_turned(const float s, const float w, const float turn, const float per_turn,
+    const float lowest, const float highest)
+{
+    /* The nearest number of turns; adding 12582912.0F rounds to an integer. */
+    const float from_lowest = (w < lowest) ? lowest : w;
+    const float aim = (from_lowest > highest) ? highest : from_lowest;
+    const float apart = aim - s;
+    const float turns = apart * per_turn;
+    const float shifted = turns + 12582912.0F;
+    const float count = shifted - 12582912.0F;
+    const float added = count * turn;
+    const float nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const float over = (nearest > highest) ? 1.0F : 0.0F;
+    const float under = (nearest < lowest) ? 1.0F : 0.0F;
+    const float fewer = count - over;
+    const float within = fewer + under;
+    const float kept = within * turn;
+    const float moved = s + kept;
+    const float not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+int puma560_f32_inverse_nearest(const float base_T_tool[16], const float q0[PUMA560_DOF], float q[PUMA560_DOF])
+{
+    float solutions[PUMA560_BRANCHES][PUMA560_DOF];
+    uint8_t valid[PUMA560_BRANCHES];
+    float chosen[PUMA560_DOF] = {0.0F};
+    float least = 3.4028235e+38F;
+    int serves = 1;
+
+    puma560_f32_inverse(base_T_tool, solutions, valid);
+    for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+        const float *const s = solutions[branch];
+        if (valid[branch] != 0U) {
+            const float moved0 = puma560_f32_turned(s[0], q0[0], 6.2831855F, 0.15915494F, -2.7949169F, 2.7949169F);
+            const float apart0 = moved0 - q0[0];
+            const float square0 = apart0 * apart0;
+            const float sum0 = square0;
+            const float moved1 = puma560_f32_turned(s[1], q0[1], 6.2831855F, 0.15915494F, -3.929381F, 0.7877882F);
+            const float apart1 = moved1 - q0[1];
+            const float square1 = apart1 * apart1;
+            const float sum1 = sum0 + square1;
+            const float moved2 = puma560_f32_turned(s[2], q0[2], 6.2831855F, 0.15915494F, -3.4028235e+38F, 3.4028235e+38F);
+            const float apart2 = moved2 - q0[2];
+            const float square2 = apart2 * apart2;
+            const float sum2 = sum1 + square2;
+            const float moved3 = puma560_f32_turned(s[3], q0[3], 6.2831855F, 0.15915494F, -1.9222523F, 2.9694498F);
+            const float apart3 = moved3 - q0[3];
+            const float square3 = apart3 * apart3;
+            const float sum3 = sum2 + square3;
+            const float moved4 = puma560_f32_turned(s[4], q0[4], 6.2831855F, 0.15915494F, -1.7477193F, 1.7477193F);
+            const float apart4 = moved4 - q0[4];
+            const float square4 = apart4 * apart4;
+            const float sum4 = sum3 + square4;
+            const float moved5 = puma560_f32_turned(s[5], q0[5], 6.2831855F, 0.15915494F, -3.4028235e+38F, 3.4028235e+38F);
+            const float apart5 = moved5 - q0[5];
+            const float square5 = apart5 * apart5;
+            const float sum5 = sum4 + square5;
+            if (sum5 < least) {
+                least = sum5;
+                chosen[0] = moved0;
+                chosen[1] = moved1;
+                chosen[2] = moved2;
+                chosen[3] = moved3;
+                chosen[4] = moved4;
+                chosen[5] = moved5;
+            }
+        }
+    }
+
+    /* What is not finite, or too far away for whole turns, is near to nothing. */
+    serves = ((q0[0] >= -628.31854F) && (q0[0] <= 628.31854F)) ? serves : 0;
+    serves = ((q0[1] >= -628.31854F) && (q0[1] <= 628.31854F)) ? serves : 0;
+    serves = ((q0[2] >= -628.31854F) && (q0[2] <= 628.31854F)) ? serves : 0;
+    serves = ((q0[3] >= -628.31854F) && (q0[3] <= 628.31854F)) ? serves : 0;
+    serves = ((q0[4] >= -628.31854F) && (q0[4] <= 628.31854F)) ? serves : 0;
+    serves = ((q0[5] >= -628.31854F) && (q0[5] <= 628.31854F)) ? serves : 0;
+    serves = (least < 3.4028235e+38F) ? serves : 0;
+    const float huge = (serves == 0) ? 3.4028235e+38F : 0.0F;
+    const float infinite = huge * huge;
+    const float nothing = infinite - infinite; /* 0 or NaN */
+    q[0] = chosen[0] + nothing;
+    q[1] = chosen[1] + nothing;
+    q[2] = chosen[2] + nothing;
+    q[3] = chosen[3] + nothing;
+    q[4] = chosen[4] + nothing;
+    q[5] = chosen[5] + nothing;
+    return serves;
 }
 
 const float PUMA560_F32_LIMITS_LOW[PUMA560_DOF] = {

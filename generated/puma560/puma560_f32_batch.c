@@ -1,4 +1,4 @@
-/* puma560_f32_batch.c - Batches: forward kinematics of puma560, single precision
+/* puma560_f32_batch.c - Batches: kinematics of puma560, single precision
  *
  * Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouvry
  *
@@ -12,6 +12,8 @@
 #if PUMA560_MODEL != 0xa05217e202ae1751U
 #error "the header and this file were generated from different robot files; take both from one build"
 #endif
+
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -44,6 +46,13 @@
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define PUMA560_F32_INLINE static inline __attribute__((always_inline))
+#else
+#define PUMA560_F32_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
 #error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -52,11 +61,11 @@ enum { TILE = 32 };
 
 /* Sine and cosine of x radians, each with an absolute error below 5.4e-8 for |x| <= 12000 (tried on every float);
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void puma560_f32_sincos(const float x, float *s, float *c)
+PUMA560_F32_INLINE void puma560_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -64,8 +73,8 @@ static inline void puma560_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -80,20 +89,20 @@ static inline void puma560_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -104,10 +113,10 @@ static inline void puma560_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -118,13 +127,6 @@ static inline void puma560_f32_sincos(const float x, float *s, float *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define PUMA560_F32_INLINE static inline __attribute__((always_inline))
-#else
-#define PUMA560_F32_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -133,6 +135,187 @@ static inline void puma560_f32_sincos(const float x, float *s, float *c)
 #elif defined(__GNUC__)
 #define PUMA560_F32_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    float value;
+    uint32_t bits;
+} puma560_f32_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define PUMA560_F32_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 4) != 0
+#define PUMA560_F32_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 32
+#define PUMA560_F32_OWN_ROOT
+#endif
+#endif
+
+#ifdef PUMA560_F32_OWN_ROOT
+/* The square root of the processor, as below. */
+PUMA560_F32_INLINE float puma560_f32_sqrt(const float x)
+{
+    const float number = x + 0.0F; /* a zero without a sign */
+    return __builtin_sqrtf(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+PUMA560_F32_INLINE float puma560_f32_sqrt(const float x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const float up = (x < 1e-30F) ? 16777216.0F : 0.25F;
+    const float down = (x < 1e-30F) ? 0.000244140625F : 2.0F;
+    puma560_f32_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint32_t next = number.bits + 0x00800000U;
+    const uint32_t exponent = next & 0xFF000000U;
+    const uint32_t digits = number.bits - exponent;
+    const uint32_t half = exponent >> 1;
+    puma560_f32_bits m;
+    m.bits = digits + 0x40000000U;
+    puma560_f32_bits scale;
+    scale.bits = half + 0x1F800000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; a step of Newton's method, to 9e-4; one of the next order. */
+    const uint32_t halved = m.bits >> 1;
+    puma560_f32_bits guess;
+    guess.bits = 0x5F376000U - halved;
+    const float h = m.value * 0.5F;
+    const float y0 = guess.value;
+    const float hy0 = h * y0;
+    const float hyy0 = hy0 * y0;
+    const float f0 = 1.50088632F - hyy0;
+    const float y1 = y0 * f0;
+    const float my1 = m.value * y1;
+    const float myy1 = my1 * y1;
+    const float g = 1.0F - myy1;
+    const float g1 = g * 0.375F;
+    const float g2 = g1 + 0.5F;
+    const float g3 = g2 * g;
+    const float growth = g3 * y1;
+    const float r = y1 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const float s = m.value * r;
+    puma560_f32_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFF000U;
+    const float high = cut.value;
+    const float low = s - high;
+    const float square = high * high;
+    const float rest0 = m.value - square;
+    const float twice = high + high;
+    const float mixed = twice * low;
+    const float rest1 = rest0 - mixed;
+    const float small = low * low;
+    const float rest = rest1 - small;
+    const float half_r = r * 0.5F;
+    const float correction = rest * half_r;
+    const float root_m = s + correction;
+    const float scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    puma560_f32_bits none;
+    none.bits = 0x7FC00000U;
+    const float positive = (x > 0.0F) ? down : 0.0F;
+    const float zero_or_none = (x >= 0.0F) ? positive : none.value;
+    const float factor = (x > 3.40282347e+38F) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.7e-7 rad (6e-8 up to pi/4) if the larger of |x| and |y| lies
+   between 1e-30 and 1e38; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+PUMA560_F32_INLINE float puma560_f32_atan2(const float y, const float x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. */
+    const float sign_x = (x < 0.0F) ? -1.0F : 1.0F;
+    const float sign_y = (y < 0.0F) ? -1.0F : 1.0F;
+    const float width = x * sign_x;
+    const float height = y * sign_y;
+    const float large = (width < height) ? height : width;
+    const float small = (width < height) ? width : height;
+
+    /* angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+       not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors. */
+    const float flip = (width < height) ? -1.0F : 1.0F;
+    const float flat = (width < height) ? 0.0F : 4.0F;
+    const float sign = sign_x * flip;
+    const float side = sign_x * flat;
+    const float right = 4.0F - side;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+       divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite. */
+    const float half_large = large * 0.5F;
+    const float half_small = small * 0.5F;
+    const float bound = large * 0.41421357F;
+    const float twice = (bound < small) ? 2.0F : 0.0F;
+    const float across = half_large * twice;
+    const float along = half_small * twice;
+    const float dividend = small - across;
+    const float total = large + along;
+    const float divisor = total + 1.1754944e-38F;
+    const float t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z). */
+    const float z = t * t;
+    const float a5 = z * -0.06092697F;
+    const float a4 = a5 + 0.10600164F;
+    const float a4z = a4 * z;
+    const float a3 = a4z - 0.1424451F;
+    const float a3z = a3 * z;
+    const float a2 = a3z + 0.19998533F;
+    const float a2z = a2 * z;
+    const float a1 = a2z - 0.33333316F;
+    const float tz = t * z;
+    const float tail = tz * a1;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    const float turn = sign * twice;
+    const float parts = right + turn;
+    const float base = parts * 0.39269912F;
+    const float low = parts * -4.073017e-08F;
+    const float signed_t = sign * t;
+    const float signed_tail = sign * tail;
+    const float rough = base + signed_t;
+    const float back = rough - base;
+    const float lost = signed_t - back;
+    const float small0 = lost + low;
+    const float rest = small0 + signed_tail;
+    const float angle = rough + rest;
+    return angle * sign_y;
+}
+
+/* less if a < b, else other. */
+PUMA560_F32_INLINE float puma560_f32_select_lt(const float a, const float b, const float less, const float other)
+{
+    puma560_f32_bits first;
+    first.value = less;
+    puma560_f32_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint32_t large = first.bits | 0x40000000U;
+    puma560_f32_bits size;
+    size.bits = large & 0x7F7FFFFFU;
+    const float negative = -size.value;
+    puma560_f32_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint32_t one = sign.bits >> 31;
+    const uint32_t all = 0U - one;
+    const uint32_t none = ~all;
+
+    const uint32_t kept = first.bits & all;
+    const uint32_t others = second.bits & none;
+    puma560_f32_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -205,6 +388,74 @@ static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t 
 }
 #endif
 #endif
+
+/* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_12_of_16(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    float (*restrict copy)[TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < TILE) ? (int)left : TILE;
+    if ((COPY_FIRST == 0) && (count == TILE)) {
+        return found;
+    }
+    if ((pose == 16) && (joint == 1) && (count == TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < TILE; i++) {
+            for (int number = 0; number < 12; number++) {
+                copy[number][i] = first[i * 16 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 12; number++) {
+            const float *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = TILE;
+    return found;
+}
+
+/* Finds the 3 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_3(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    float (*restrict copy)[TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < TILE) ? (int)left : TILE;
+    if ((COPY_FIRST == 0) && (count == TILE)) {
+        return found;
+    }
+    if ((pose == 3) && (joint == 1) && (count == TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < TILE; i++) {
+            for (int number = 0; number < 3; number++) {
+                copy[number][i] = first[i * 3 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 3; number++) {
+            const float *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = TILE;
+    return found;
+}
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
@@ -293,6 +544,35 @@ static inline void store_rows(const float (*restrict t)[TILE], int rows, int cou
         } else {
             for (int i = 0; i < count; i++) {
                 to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+/* Writes the truth values of each configuration, a byte each. */
+static inline void store_truths(const float (*restrict t)[TILE], int rows, int count, uint8_t *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = (uint8_t)t[row][i];
+        }
+    }
+}
+
+/* The same, one row after the other. */
+static inline void store_truth_rows(const float (*restrict t)[TILE], int rows, int count,
+    uint8_t *restrict out, ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        uint8_t *const to = out + row * out_stride;
+        if (count == TILE) {
+            for (int i = 0; i < TILE; i++) {
+                to[i] = (t[row][i] > 0) ? 1U : 0U;
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = (uint8_t)t[row][i];
             }
         }
     }
@@ -743,6 +1023,6196 @@ void puma560_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrd
             store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
             store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[25][i] = c1;
+        t[26][i] = c1;
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = c2 * 0.4318F;
+        const float t1 = s2 * (-0.4318F);
+        const float t2 = -s1;
+        t[19][i] = t2;
+        t[20][i] = t2;
+        const float t3 = -c23;
+        t[33][i] = t3;
+        const float t4 = c1 * s23;
+        const float t5 = -t4;
+        t[21][i] = t5;
+        const float t6 = s1 * s23;
+        const float t7 = -t6;
+        t[27][i] = t7;
+        const float t8 = s23 * s4;
+        const float t9 = -t8;
+        t[34][i] = t9;
+        const float t10 = s23 * 0.4318F;
+        const float t11 = c23 * 0.0203F;
+        const float t12 = t10 - t11;
+        t[14][i] = t12;
+        const float t13 = t12 - t0;
+        t[13][i] = t13;
+        const float t14 = s23 * (-0.0203F);
+        const float t15 = c23 * 0.4318F;
+        const float t16 = t14 - t15;
+        const float t17 = t16 + t1;
+        const float t18 = c1 * t17;
+        t[1][i] = t18;
+        const float t19 = s1 * t17;
+        t[7][i] = t19;
+        const float t20 = c1 * t16;
+        t[2][i] = t20;
+        const float t21 = s1 * t16;
+        t[8][i] = t21;
+        const float t22 = s1 * (-0.15005F);
+        const float t23 = c1 * t13;
+        const float t24 = t22 - t23;
+        t[6][i] = t24;
+        const float t25 = s1 * t13;
+        const float t26 = c1 * 0.15005F;
+        const float t27 = t25 - t26;
+        t[0][i] = t27;
+        const float t28 = c23 * s4;
+        const float t29 = s4 * s5;
+        const float t30 = c4 * s5;
+        const float t31 = s1 * c4;
+        const float t32 = c1 * c4;
+        const float t33 = c1 * t28;
+        const float t34 = t33 - t31;
+        t[22][i] = t34;
+        const float t35 = s1 * t28;
+        const float t36 = t35 + t32;
+        t[28][i] = t36;
+        const float t37 = c23 * c5;
+        const float t38 = s23 * c5;
+        const float t39 = s23 * t30;
+        const float t40 = t39 - t37;
+        t[35][i] = t40;
+        const float t41 = c23 * t30;
+        const float t42 = t38 + t41;
+        const float t43 = s1 * t29;
+        const float t44 = s1 * t42;
+        const float t45 = c1 * t42;
+        const float t46 = t43 + t45;
+        const float t47 = c1 * t29;
+        const float t48 = t47 - t44;
+        t[29][i] = t48;
+        const float t49 = -t46;
+        t[23][i] = t49;
+    }
+}
+
+void puma560_f32_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[36][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[3][i] = 0.0F;
+        t[4][i] = 0.0F;
+        t[5][i] = 0.0F;
+        t[9][i] = 0.0F;
+        t[10][i] = 0.0F;
+        t[11][i] = 0.0F;
+        t[12][i] = 0.0F;
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[18][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[30][i] = 1.0F;
+        t[31][i] = 0.0F;
+        t[32][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_jacobian_local_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s3;
+        float c3;
+        puma560_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        t[33][i] = c5;
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = s5 * c6;
+        t[21][i] = t0;
+        const float t1 = c3 * 0.4318F;
+        const float t2 = 0.0203F + t1;
+        const float t3 = s3 * 0.4318F;
+        const float t4 = t3 - 0.4318F;
+        const float t5 = -s6;
+        t[22][i] = t5;
+        const float t6 = -c6;
+        t[28][i] = t6;
+        const float t7 = s5 * s6;
+        const float t8 = -t7;
+        t[27][i] = t8;
+        const float t9 = s4 * s5;
+        t[31][i] = t9;
+        t[32][i] = t9;
+        const float t10 = s4 * c5;
+        const float t11 = c4 * s6;
+        const float t12 = c6 * t10;
+        const float t13 = t11 + t12;
+        const float t14 = s6 * t10;
+        const float t15 = -t13;
+        t[19][i] = t15;
+        t[20][i] = t15;
+        const float t16 = c4 * c6;
+        const float t17 = t14 - t16;
+        t[25][i] = t17;
+        t[26][i] = t17;
+        const float t18 = s23 * c4;
+        const float t19 = s23 * s4;
+        const float t20 = c23 * c5;
+        const float t21 = c23 * s5;
+        const float t22 = s5 * t18;
+        const float t23 = t22 - t20;
+        t[30][i] = t23;
+        const float t24 = c5 * t18;
+        const float t25 = t21 + t24;
+        const float t26 = c6 * t25;
+        const float t27 = s6 * t25;
+        const float t28 = s6 * t19;
+        const float t29 = t28 - t26;
+        t[18][i] = t29;
+        const float t30 = c6 * t19;
+        const float t31 = t27 + t30;
+        t[24][i] = t31;
+        const float t32 = c4 * 0.4318F;
+        const float t33 = s4 * 0.4318F;
+        const float t34 = c5 * 0.0203F;
+        const float t35 = s5 * t32;
+        const float t36 = t34 + t35;
+        t[14][i] = t36;
+        const float t37 = c5 * t32;
+        const float t38 = s5 * 0.0203F;
+        const float t39 = t37 - t38;
+        const float t40 = c6 * t39;
+        const float t41 = s6 * t39;
+        const float t42 = s6 * t33;
+        const float t43 = t42 - t40;
+        t[2][i] = t43;
+        const float t44 = c6 * t33;
+        const float t45 = t41 + t44;
+        t[8][i] = t45;
+        const float t46 = s4 * 0.15005F;
+        const float t47 = s4 * t2;
+        const float t48 = c4 * t2;
+        const float t49 = t48 - t46;
+        const float t50 = c4 * 0.15005F;
+        const float t51 = t50 + t47;
+        const float t52 = s5 * t4;
+        const float t53 = s5 * t49;
+        const float t54 = c5 * t49;
+        const float t55 = t54 - t52;
+        const float t56 = c5 * t4;
+        const float t57 = t53 + t56;
+        const float t58 = c6 * t55;
+        const float t59 = s6 * t55;
+        const float t60 = s6 * t51;
+        const float t61 = t58 - t60;
+        const float t62 = c6 * t51;
+        const float t63 = t59 + t62;
+        const float t64 = t17 * t57;
+        const float t65 = t17 * t61;
+        const float t66 = t9 * t63;
+        const float t67 = t66 - t64;
+        t[1][i] = t67;
+        const float t68 = t9 * t61;
+        const float t69 = t13 * t57;
+        const float t70 = t68 - t69;
+        t[7][i] = t70;
+        const float t71 = t13 * t63;
+        const float t72 = t71 - t65;
+        t[13][i] = t72;
+        const float t73 = t31 * t57;
+        const float t74 = t29 * t57;
+        const float t75 = t31 * t61;
+        const float t76 = t23 * t61;
+        const float t77 = t74 + t76;
+        t[6][i] = t77;
+        const float t78 = t23 * t63;
+        const float t79 = t78 - t73;
+        t[0][i] = t79;
+        const float t80 = t29 * t63;
+        const float t81 = t75 + t80;
+        const float t82 = -t81;
+        t[12][i] = t82;
+    }
+}
+
+void puma560_f32_jacobian_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[36][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[3][i] = 0.0F;
+        t[4][i] = 0.0F;
+        t[5][i] = 0.0F;
+        t[9][i] = 0.0F;
+        t[10][i] = 0.0F;
+        t[11][i] = 0.0F;
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[23][i] = 0.0F;
+        t[29][i] = 0.0F;
+        t[34][i] = 0.0F;
+        t[35][i] = 1.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_jacobian_local_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_jacobian_world_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[25][i] = c1;
+        t[26][i] = c1;
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = c2 * 0.4318F;
+        t[14][i] = t0;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = c1 * t1;
+        t[2][i] = t2;
+        const float t3 = s1 * t1;
+        t[8][i] = t3;
+        const float t4 = -s1;
+        t[19][i] = t4;
+        t[20][i] = t4;
+        const float t5 = -c23;
+        t[33][i] = t5;
+        const float t6 = c1 * s23;
+        const float t7 = -t6;
+        t[21][i] = t7;
+        const float t8 = s1 * s23;
+        const float t9 = -t8;
+        t[27][i] = t9;
+        const float t10 = s23 * s4;
+        const float t11 = -t10;
+        t[34][i] = t11;
+        const float t12 = c23 * s4;
+        const float t13 = s4 * s5;
+        const float t14 = c4 * s5;
+        const float t15 = s1 * c4;
+        const float t16 = c1 * c4;
+        const float t17 = c1 * t12;
+        const float t18 = t17 - t15;
+        t[22][i] = t18;
+        const float t19 = s1 * t12;
+        const float t20 = t19 + t16;
+        t[28][i] = t20;
+        const float t21 = c23 * c5;
+        const float t22 = s23 * c5;
+        const float t23 = s23 * t14;
+        const float t24 = t23 - t21;
+        t[35][i] = t24;
+        const float t25 = c23 * t14;
+        const float t26 = t22 + t25;
+        const float t27 = s1 * t13;
+        const float t28 = c1 * t13;
+        const float t29 = c1 * t26;
+        const float t30 = t27 + t29;
+        const float t31 = s1 * t26;
+        const float t32 = t28 - t31;
+        t[29][i] = t32;
+        const float t33 = -t30;
+        t[23][i] = t33;
+        const float t34 = s23 * 0.4318F;
+        const float t35 = s23 * 0.0203F;
+        const float t36 = c23 * 0.0203F;
+        const float t37 = t34 - t36;
+        const float t38 = t37 - t0;
+        const float t39 = c23 * 0.4318F;
+        const float t40 = t35 + t39;
+        const float t41 = t1 + t40;
+        const float t42 = s1 * 0.15005F;
+        const float t43 = s1 * t38;
+        const float t44 = c1 * t38;
+        const float t45 = t42 + t44;
+        const float t46 = c1 * 0.15005F;
+        const float t47 = t43 - t46;
+        const float t48 = c23 * t47;
+        const float t49 = c23 * t45;
+        const float t50 = t8 * t41;
+        const float t51 = t48 - t50;
+        t[3][i] = t51;
+        const float t52 = t8 * t45;
+        const float t53 = t6 * t41;
+        const float t54 = t53 - t49;
+        t[9][i] = t54;
+        const float t55 = t6 * t47;
+        const float t56 = t52 - t55;
+        t[15][i] = t56;
+        const float t57 = t10 * t47;
+        const float t58 = t10 * t45;
+        const float t59 = t20 * t41;
+        const float t60 = t57 + t59;
+        t[4][i] = t60;
+        const float t61 = t20 * t45;
+        const float t62 = t18 * t41;
+        const float t63 = t58 + t62;
+        const float t64 = -t63;
+        t[10][i] = t64;
+        const float t65 = t18 * t47;
+        const float t66 = t65 - t61;
+        t[16][i] = t66;
+        const float t67 = t32 * t41;
+        const float t68 = t30 * t41;
+        const float t69 = t30 * t47;
+        const float t70 = t24 * t47;
+        const float t71 = t67 - t70;
+        t[5][i] = t71;
+        const float t72 = t24 * t45;
+        const float t73 = t72 + t68;
+        t[11][i] = t73;
+        const float t74 = t32 * t45;
+        const float t75 = t69 + t74;
+        const float t76 = -t75;
+        t[17][i] = t76;
+    }
+}
+
+void puma560_f32_jacobian_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[36][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[0][i] = 0.0F;
+        t[1][i] = 0.0F;
+        t[6][i] = 0.0F;
+        t[7][i] = 0.0F;
+        t[12][i] = 0.0F;
+        t[13][i] = 0.0F;
+        t[18][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[30][i] = 1.0F;
+        t[31][i] = 0.0F;
+        t[32][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_jacobian_world_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 36, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_fk_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[37][i] = c1;
+        t[38][i] = c1;
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c2 * 0.4318F;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = -s1;
+        t[31][i] = t2;
+        t[32][i] = t2;
+        const float t3 = -c23;
+        t[45][i] = t3;
+        const float t4 = c5 * c6;
+        const float t5 = s5 * c6;
+        const float t6 = s4 * s6;
+        const float t7 = c4 * s6;
+        const float t8 = c4 * t4;
+        const float t9 = t6 - t8;
+        const float t10 = s4 * t4;
+        const float t11 = t10 + t7;
+        const float t12 = c4 * s5;
+        const float t13 = s4 * s5;
+        const float t14 = c23 * t9;
+        const float t15 = s23 * t9;
+        const float t16 = s23 * t5;
+        const float t17 = t14 + t16;
+        const float t18 = c23 * t5;
+        const float t19 = t15 - t18;
+        t[8][i] = t19;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t12;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t12;
+        const float t25 = t24 - t21;
+        t[10][i] = t25;
+        t[47][i] = t25;
+        const float t26 = s23 * 0.4318F;
+        const float t27 = c23 * 0.0203F;
+        const float t28 = t26 - t27;
+        t[26][i] = t28;
+        const float t29 = t28 - t0;
+        t[25][i] = t29;
+        const float t30 = s23 * (-0.0203F);
+        const float t31 = c23 * 0.4318F;
+        const float t32 = t30 - t31;
+        const float t33 = t32 - t1;
+        t[11][i] = t33;
+        const float t34 = c23 * s4;
+        const float t35 = s23 * s4;
+        const float t36 = -t35;
+        t[46][i] = t36;
+        const float t37 = c1 * t33;
+        t[13][i] = t37;
+        const float t38 = s1 * t33;
+        t[19][i] = t38;
+        const float t39 = c1 * t32;
+        t[14][i] = t39;
+        const float t40 = s1 * t32;
+        t[20][i] = t40;
+        const float t41 = c1 * t17;
+        const float t42 = s1 * t17;
+        const float t43 = s1 * t11;
+        const float t44 = t43 - t41;
+        t[0][i] = t44;
+        const float t45 = c1 * t11;
+        const float t46 = t42 + t45;
+        const float t47 = -t46;
+        t[4][i] = t47;
+        const float t48 = s1 * t13;
+        const float t49 = c1 * t13;
+        const float t50 = c1 * t23;
+        const float t51 = t48 + t50;
+        const float t52 = s1 * t23;
+        const float t53 = t49 - t52;
+        t[6][i] = t53;
+        t[41][i] = t53;
+        const float t54 = -t51;
+        t[2][i] = t54;
+        t[35][i] = t54;
+        const float t55 = s1 * (-0.15005F);
+        const float t56 = c1 * t29;
+        const float t57 = t55 - t56;
+        t[3][i] = t57;
+        t[18][i] = t57;
+        const float t58 = s1 * t29;
+        const float t59 = c1 * 0.15005F;
+        const float t60 = t58 - t59;
+        t[12][i] = t60;
+        const float t61 = -t60;
+        t[7][i] = t61;
+        const float t62 = t19 * t53;
+        const float t63 = t19 * t51;
+        const float t64 = t46 * t51;
+        const float t65 = t25 * t46;
+        const float t66 = t62 + t65;
+        t[1][i] = t66;
+        const float t67 = t25 * t44;
+        const float t68 = t63 + t67;
+        t[5][i] = t68;
+        const float t69 = t44 * t53;
+        const float t70 = t64 - t69;
+        t[9][i] = t70;
+        const float t71 = c1 * s23;
+        const float t72 = -t71;
+        t[33][i] = t72;
+        const float t73 = s1 * s23;
+        const float t74 = -t73;
+        t[39][i] = t74;
+        const float t75 = s1 * c4;
+        const float t76 = s1 * t34;
+        const float t77 = c1 * t34;
+        const float t78 = t77 - t75;
+        t[34][i] = t78;
+        const float t79 = c1 * c4;
+        const float t80 = t76 + t79;
+        t[40][i] = t80;
+    }
+}
+
+void puma560_f32_fk_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[48][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[21][i] = 0.0F;
+        t[22][i] = 0.0F;
+        t[23][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[27][i] = 0.0F;
+        t[28][i] = 0.0F;
+        t[29][i] = 0.0F;
+        t[30][i] = 0.0F;
+        t[36][i] = 0.0F;
+        t[42][i] = 1.0F;
+        t[43][i] = 0.0F;
+        t[44][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_fk_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_fk_jacobian_local_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        t[45][i] = c5;
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c2 * 0.4318F;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = -s6;
+        t[34][i] = t2;
+        const float t3 = -c6;
+        t[40][i] = t3;
+        const float t4 = c5 * c6;
+        const float t5 = c5 * s6;
+        const float t6 = s4 * s6;
+        const float t7 = c4 * t4;
+        const float t8 = t7 - t6;
+        const float t9 = s4 * t4;
+        const float t10 = s4 * c6;
+        const float t11 = c4 * t5;
+        const float t12 = t10 + t11;
+        const float t13 = s4 * t5;
+        const float t14 = c4 * s5;
+        const float t15 = s5 * c6;
+        t[33][i] = t15;
+        const float t16 = s5 * s6;
+        const float t17 = -t16;
+        t[39][i] = t17;
+        const float t18 = s23 * t15;
+        const float t19 = c23 * t15;
+        const float t20 = c23 * t8;
+        const float t21 = t20 - t18;
+        const float t22 = s23 * t8;
+        const float t23 = t22 + t19;
+        const float t24 = -t23;
+        t[8][i] = t24;
+        t[30][i] = t24;
+        const float t25 = s23 * t16;
+        const float t26 = c23 * t16;
+        const float t27 = c23 * t12;
+        const float t28 = t25 - t27;
+        const float t29 = s23 * t12;
+        const float t30 = t29 + t26;
+        t[9][i] = t30;
+        t[36][i] = t30;
+        const float t31 = s23 * c5;
+        const float t32 = c23 * t14;
+        const float t33 = t31 + t32;
+        const float t34 = s23 * t14;
+        const float t35 = c4 * s6;
+        const float t36 = t9 + t35;
+        const float t37 = -t36;
+        t[31][i] = t37;
+        t[32][i] = t37;
+        const float t38 = c4 * c6;
+        const float t39 = t13 - t38;
+        t[37][i] = t39;
+        t[38][i] = t39;
+        const float t40 = s4 * s5;
+        t[43][i] = t40;
+        t[44][i] = t40;
+        const float t41 = s1 * t36;
+        const float t42 = c1 * t21;
+        const float t43 = t41 + t42;
+        t[0][i] = t43;
+        const float t44 = s1 * t21;
+        const float t45 = s1 * t39;
+        const float t46 = c1 * t28;
+        const float t47 = t46 - t45;
+        t[1][i] = t47;
+        const float t48 = s1 * t28;
+        const float t49 = s1 * t40;
+        const float t50 = c1 * t33;
+        const float t51 = t49 + t50;
+        const float t52 = -t51;
+        t[2][i] = t52;
+        const float t53 = s1 * t33;
+        const float t54 = c1 * t36;
+        const float t55 = t44 - t54;
+        t[4][i] = t55;
+        const float t56 = c1 * t39;
+        const float t57 = t48 + t56;
+        t[5][i] = t57;
+        const float t58 = c1 * t40;
+        const float t59 = t58 - t53;
+        t[6][i] = t59;
+        const float t60 = c23 * c5;
+        const float t61 = t34 - t60;
+        t[10][i] = t61;
+        t[42][i] = t61;
+        const float t62 = s23 * 0.4318F;
+        const float t63 = c23 * 0.0203F;
+        const float t64 = t62 - t63;
+        const float t65 = t64 - t0;
+        const float t66 = s23 * (-0.0203F);
+        const float t67 = c23 * 0.4318F;
+        const float t68 = t66 - t67;
+        const float t69 = t68 - t1;
+        t[11][i] = t69;
+        const float t70 = s1 * (-0.15005F);
+        const float t71 = s1 * t65;
+        const float t72 = c1 * t65;
+        const float t73 = t70 - t72;
+        t[3][i] = t73;
+        const float t74 = c1 * 0.15005F;
+        const float t75 = t74 - t71;
+        t[7][i] = t75;
+        const float t76 = c4 * 0.4318F;
+        const float t77 = s4 * 0.4318F;
+        const float t78 = c5 * 0.0203F;
+        const float t79 = s5 * t76;
+        const float t80 = t78 + t79;
+        t[26][i] = t80;
+        const float t81 = c5 * t76;
+        const float t82 = s5 * 0.0203F;
+        const float t83 = t81 - t82;
+        const float t84 = c6 * t83;
+        const float t85 = s6 * t83;
+        const float t86 = s6 * t77;
+        const float t87 = t86 - t84;
+        t[14][i] = t87;
+        const float t88 = c6 * t77;
+        const float t89 = t85 + t88;
+        t[20][i] = t89;
+        const float t90 = s23 * t1;
+        const float t91 = c23 * t1;
+        const float t92 = c23 * t0;
+        const float t93 = t90 + t92;
+        const float t94 = s23 * t0;
+        const float t95 = t94 - t91;
+        const float t96 = 0.0203F + t93;
+        const float t97 = t95 - 0.4318F;
+        const float t98 = s4 * 0.15005F;
+        const float t99 = s4 * t96;
+        const float t100 = c4 * t96;
+        const float t101 = t100 - t98;
+        const float t102 = c4 * 0.15005F;
+        const float t103 = t102 + t99;
+        const float t104 = s5 * t97;
+        const float t105 = s5 * t101;
+        const float t106 = c5 * t101;
+        const float t107 = t106 - t104;
+        const float t108 = c5 * t97;
+        const float t109 = t105 + t108;
+        const float t110 = c6 * t107;
+        const float t111 = s6 * t107;
+        const float t112 = s6 * t103;
+        const float t113 = t110 - t112;
+        const float t114 = c6 * t103;
+        const float t115 = t111 + t114;
+        const float t116 = t40 * t115;
+        const float t117 = t40 * t113;
+        const float t118 = t39 * t109;
+        const float t119 = t116 - t118;
+        t[13][i] = t119;
+        const float t120 = t39 * t113;
+        const float t121 = t36 * t109;
+        const float t122 = t117 - t121;
+        t[19][i] = t122;
+        const float t123 = t36 * t115;
+        const float t124 = t123 - t120;
+        t[25][i] = t124;
+        const float t125 = t61 * t115;
+        const float t126 = t61 * t113;
+        const float t127 = t23 * t115;
+        const float t128 = t23 * t109;
+        const float t129 = t126 - t128;
+        t[18][i] = t129;
+        const float t130 = t30 * t109;
+        const float t131 = t125 - t130;
+        t[12][i] = t131;
+        const float t132 = t30 * t113;
+        const float t133 = t127 - t132;
+        t[24][i] = t133;
+    }
+}
+
+void puma560_f32_fk_jacobian_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[48][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[21][i] = 0.0F;
+        t[22][i] = 0.0F;
+        t[23][i] = 0.0F;
+        t[27][i] = 0.0F;
+        t[28][i] = 0.0F;
+        t[29][i] = 0.0F;
+        t[35][i] = 0.0F;
+        t[41][i] = 0.0F;
+        t[46][i] = 0.0F;
+        t[47][i] = 1.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_fk_jacobian_local_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_fk_jacobian_world_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[37][i] = c1;
+        t[38][i] = c1;
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c2 * 0.4318F;
+        t[26][i] = t0;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = c1 * t1;
+        t[14][i] = t2;
+        const float t3 = s1 * t1;
+        t[20][i] = t3;
+        const float t4 = -s1;
+        t[31][i] = t4;
+        t[32][i] = t4;
+        const float t5 = -c23;
+        t[45][i] = t5;
+        const float t6 = c5 * c6;
+        const float t7 = s5 * c6;
+        const float t8 = s4 * s6;
+        const float t9 = c4 * s6;
+        const float t10 = c4 * t6;
+        const float t11 = t8 - t10;
+        const float t12 = s4 * t6;
+        const float t13 = t12 + t9;
+        const float t14 = c4 * s5;
+        const float t15 = s4 * s5;
+        const float t16 = c23 * t11;
+        const float t17 = s23 * t11;
+        const float t18 = s23 * t7;
+        const float t19 = t16 + t18;
+        const float t20 = c23 * t7;
+        const float t21 = t17 - t20;
+        t[8][i] = t21;
+        const float t22 = s23 * c5;
+        const float t23 = c23 * c5;
+        const float t24 = c23 * t14;
+        const float t25 = t22 + t24;
+        const float t26 = s23 * t14;
+        const float t27 = t26 - t23;
+        t[10][i] = t27;
+        t[47][i] = t27;
+        const float t28 = s23 * 0.4318F;
+        const float t29 = c23 * 0.0203F;
+        const float t30 = t28 - t29;
+        const float t31 = t30 - t0;
+        const float t32 = s23 * 0.0203F;
+        const float t33 = c23 * 0.4318F;
+        const float t34 = t32 + t33;
+        const float t35 = t34 + t1;
+        const float t36 = -t35;
+        t[11][i] = t36;
+        const float t37 = c1 * t19;
+        const float t38 = s1 * t19;
+        const float t39 = s1 * t13;
+        const float t40 = t39 - t37;
+        t[0][i] = t40;
+        const float t41 = c1 * t13;
+        const float t42 = t38 + t41;
+        const float t43 = -t42;
+        t[4][i] = t43;
+        const float t44 = s1 * t15;
+        const float t45 = c1 * t15;
+        const float t46 = c1 * t25;
+        const float t47 = t44 + t46;
+        const float t48 = s1 * t25;
+        const float t49 = t45 - t48;
+        t[6][i] = t49;
+        t[41][i] = t49;
+        const float t50 = -t47;
+        t[2][i] = t50;
+        t[35][i] = t50;
+        const float t51 = s1 * (-0.15005F);
+        const float t52 = c1 * t31;
+        const float t53 = t51 - t52;
+        t[3][i] = t53;
+        const float t54 = s1 * t31;
+        const float t55 = c1 * 0.15005F;
+        const float t56 = t55 - t54;
+        t[7][i] = t56;
+        const float t57 = t21 * t49;
+        const float t58 = t21 * t47;
+        const float t59 = t27 * t42;
+        const float t60 = t57 + t59;
+        t[1][i] = t60;
+        const float t61 = t42 * t47;
+        const float t62 = t27 * t40;
+        const float t63 = t58 + t62;
+        t[5][i] = t63;
+        const float t64 = t40 * t49;
+        const float t65 = t61 - t64;
+        t[9][i] = t65;
+        const float t66 = c1 * s23;
+        const float t67 = -t66;
+        t[33][i] = t67;
+        const float t68 = s1 * s23;
+        const float t69 = s23 * s4;
+        const float t70 = c23 * s4;
+        const float t71 = -t68;
+        t[39][i] = t71;
+        const float t72 = -t69;
+        t[46][i] = t72;
+        const float t73 = s1 * c4;
+        const float t74 = s1 * t70;
+        const float t75 = c1 * t70;
+        const float t76 = t75 - t73;
+        t[34][i] = t76;
+        const float t77 = c1 * c4;
+        const float t78 = t74 + t77;
+        t[40][i] = t78;
+        const float t79 = c23 * t56;
+        const float t80 = c23 * t53;
+        const float t81 = t35 * t68;
+        const float t82 = t79 + t81;
+        const float t83 = -t82;
+        t[15][i] = t83;
+        const float t84 = t53 * t68;
+        const float t85 = t35 * t66;
+        const float t86 = t80 + t85;
+        t[21][i] = t86;
+        const float t87 = t56 * t66;
+        const float t88 = t87 - t84;
+        t[27][i] = t88;
+        const float t89 = t35 * t78;
+        const float t90 = t53 * t78;
+        const float t91 = t56 * t69;
+        const float t92 = t89 - t91;
+        t[16][i] = t92;
+        const float t93 = t53 * t69;
+        const float t94 = t35 * t76;
+        const float t95 = t93 - t94;
+        t[22][i] = t95;
+        const float t96 = t56 * t76;
+        const float t97 = t90 - t96;
+        t[28][i] = t97;
+        const float t98 = t27 * t56;
+        const float t99 = t27 * t53;
+        const float t100 = t47 * t56;
+        const float t101 = t35 * t47;
+        const float t102 = t101 - t99;
+        t[23][i] = t102;
+        const float t103 = t35 * t49;
+        const float t104 = t98 + t103;
+        t[17][i] = t104;
+        const float t105 = t49 * t53;
+        const float t106 = t100 + t105;
+        t[29][i] = t106;
+    }
+}
+
+void puma560_f32_fk_jacobian_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[48][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[12][i] = 0.0F;
+        t[13][i] = 0.0F;
+        t[18][i] = 0.0F;
+        t[19][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[25][i] = 0.0F;
+        t[30][i] = 0.0F;
+        t[36][i] = 0.0F;
+        t[42][i] = 1.0F;
+        t[43][i] = 0.0F;
+        t[44][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_fk_jacobian_world_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_twist_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t2 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const float t3 = c2 * 0.4318F;
+        const float t4 = s2 * 0.4318F;
+        const float t5 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t6 = s4 * t0;
+        const float t7 = c4 * t0;
+        const float t8 = t7 - t5;
+        const float t9 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t10 = t9 + t6;
+        const float t11 = qd[i * qd_pose + 2 * qd_joint] + t10;
+        const float t12 = qd[i * qd_pose + 1 * qd_joint] + t11;
+        const float t13 = s23 * 0.4318F;
+        const float t14 = c23 * 0.0203F;
+        const float t15 = t13 - t14;
+        const float t16 = t15 - t3;
+        const float t17 = qd[i * qd_pose + 2 * qd_joint] * t15;
+        const float t18 = s23 * 0.0203F;
+        const float t19 = c23 * 0.4318F;
+        const float t20 = t18 + t19;
+        const float t21 = t20 + t4;
+        const float t22 = qd[i * qd_pose + 2 * qd_joint] * t20;
+        const float t23 = qd[i * qd_pose + 1 * qd_joint] * t21;
+        const float t24 = t22 + t23;
+        const float t25 = s23 * t2;
+        const float t26 = s23 * t8;
+        const float t27 = c23 * t8;
+        const float t28 = t25 + t27;
+        const float t29 = c23 * t2;
+        const float t30 = t29 - t26;
+        const float t31 = qd[i * qd_pose + 0 * qd_joint] - t30;
+        t[5 * t_row + i] = t31;
+        const float t32 = qd[i * qd_pose + 1 * qd_joint] * t16;
+        const float t33 = t17 + t32;
+        t[2 * t_row + i] = t33;
+        const float t34 = s1 * 0.15005F;
+        const float t35 = c1 * t16;
+        const float t36 = t34 + t35;
+        const float t37 = s1 * t16;
+        const float t38 = qd[i * qd_pose + 0 * qd_joint] * t36;
+        const float t39 = c1 * 0.15005F;
+        const float t40 = t37 - t39;
+        const float t41 = qd[i * qd_pose + 0 * qd_joint] * t40;
+        const float t42 = c1 * t24;
+        const float t43 = t41 - t42;
+        t[0 * t_row + i] = t43;
+        const float t44 = s1 * t24;
+        const float t45 = t44 + t38;
+        const float t46 = -t45;
+        t[1 * t_row + i] = t46;
+        const float t47 = s1 * t12;
+        const float t48 = c1 * t12;
+        const float t49 = c1 * t28;
+        const float t50 = t47 + t49;
+        const float t51 = s1 * t28;
+        const float t52 = t48 - t51;
+        t[4 * t_row + i] = t52;
+        const float t53 = -t50;
+        t[3 * t_row + i] = t53;
+    }
+}
+
+void puma560_f32_twist_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = twist + begin;
+            puma560_f32_twist_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_twist_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_twist_local_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s3;
+        float c3;
+        puma560_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const float t1 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const float t2 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const float t3 = 0.4318F * t2;
+        const float t4 = s3 * t0;
+        const float t5 = 0.4318F * t4;
+        const float t6 = c3 * t1;
+        const float t7 = 0.4318F * t6;
+        const float t8 = t5 + t7;
+        const float t9 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const float t10 = 0.4318F * t9;
+        const float t11 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const float t12 = t1 * 0.15005F;
+        const float t13 = t12 - t3;
+        const float t14 = t1 * 0.0203F;
+        const float t15 = t8 + t14;
+        const float t16 = qd[i * qd_pose + 3 * qd_joint] - t1;
+        const float t17 = t0 * 0.15005F;
+        const float t18 = t10 + t17;
+        const float t19 = t11 * 0.0203F;
+        const float t20 = t19 + t18;
+        const float t21 = s4 * t15;
+        const float t22 = c4 * t15;
+        const float t23 = c4 * t13;
+        const float t24 = t21 + t23;
+        const float t25 = s4 * t13;
+        const float t26 = t25 - t22;
+        const float t27 = s4 * t11;
+        const float t28 = c4 * t11;
+        const float t29 = c4 * t0;
+        const float t30 = t27 + t29;
+        const float t31 = s4 * t0;
+        const float t32 = t31 - t28;
+        const float t33 = 0.4318F * t32;
+        const float t34 = t24 - t33;
+        const float t35 = t32 - qd[i * qd_pose + 4 * qd_joint];
+        const float t36 = 0.4318F * t30;
+        const float t37 = t26 + t36;
+        const float t38 = c5 * t34;
+        const float t39 = s5 * t34;
+        const float t40 = s5 * t20;
+        const float t41 = t40 - t38;
+        const float t42 = c5 * t20;
+        const float t43 = t39 + t42;
+        t[2 * t_row + i] = t43;
+        const float t44 = s5 * t16;
+        const float t45 = s5 * t30;
+        const float t46 = c5 * t30;
+        const float t47 = t46 - t44;
+        const float t48 = c5 * t16;
+        const float t49 = t45 + t48;
+        const float t50 = qd[i * qd_pose + 5 * qd_joint] + t49;
+        t[5 * t_row + i] = t50;
+        const float t51 = s6 * t37;
+        const float t52 = c6 * t37;
+        const float t53 = c6 * t41;
+        const float t54 = t51 + t53;
+        t[0 * t_row + i] = t54;
+        const float t55 = s6 * t41;
+        const float t56 = t52 - t55;
+        t[1 * t_row + i] = t56;
+        const float t57 = s6 * t35;
+        const float t58 = s6 * t47;
+        const float t59 = c6 * t47;
+        const float t60 = t57 - t59;
+        t[3 * t_row + i] = t60;
+        const float t61 = c6 * t35;
+        const float t62 = t58 + t61;
+        t[4 * t_row + i] = t62;
+    }
+}
+
+void puma560_f32_twist_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = twist + begin;
+            puma560_f32_twist_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_twist_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_twist_world_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t2 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const float t3 = qd[i * qd_pose + 4 * qd_joint] * 0.4318F;
+        const float t4 = t0 * 0.4318F;
+        const float t5 = s4 * t4;
+        const float t6 = c4 * t4;
+        const float t7 = c4 * t3;
+        const float t8 = t5 + t7;
+        const float t9 = s4 * t3;
+        const float t10 = t9 - t6;
+        const float t11 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t12 = s4 * t0;
+        const float t13 = c4 * t0;
+        const float t14 = t13 - t11;
+        const float t15 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t16 = t15 + t12;
+        const float t17 = t2 * 0.15005F;
+        const float t18 = t17 - t8;
+        const float t19 = t2 * 0.0203F;
+        const float t20 = t19 - t10;
+        const float t21 = t14 * 0.15005F;
+        const float t22 = t16 * 0.0203F;
+        const float t23 = t21 + t22;
+        const float t24 = qd[i * qd_pose + 2 * qd_joint] + t16;
+        const float t25 = s23 * t23;
+        const float t26 = c23 * t23;
+        const float t27 = c23 * t18;
+        const float t28 = t27 - t25;
+        const float t29 = s23 * t18;
+        const float t30 = t29 + t26;
+        const float t31 = s23 * t2;
+        const float t32 = s23 * t14;
+        const float t33 = c23 * t14;
+        const float t34 = t31 + t33;
+        const float t35 = c23 * t2;
+        const float t36 = t35 - t32;
+        const float t37 = qd[i * qd_pose + 0 * qd_joint] - t36;
+        t[5 * t_row + i] = t37;
+        const float t38 = c2 * t36;
+        const float t39 = 0.4318F * t38;
+        const float t40 = c2 * t24;
+        const float t41 = 0.4318F * t40;
+        const float t42 = t30 + t41;
+        t[2 * t_row + i] = t42;
+        const float t43 = s2 * t24;
+        const float t44 = 0.4318F * t43;
+        const float t45 = t44 - t28;
+        const float t46 = s2 * t34;
+        const float t47 = 0.4318F * t46;
+        const float t48 = t20 + t47;
+        const float t49 = t39 + t48;
+        const float t50 = qd[i * qd_pose + 1 * qd_joint] + t24;
+        const float t51 = s1 * t49;
+        const float t52 = c1 * t49;
+        const float t53 = c1 * t45;
+        const float t54 = t53 - t51;
+        t[0 * t_row + i] = t54;
+        const float t55 = s1 * t45;
+        const float t56 = t52 + t55;
+        t[1 * t_row + i] = t56;
+        const float t57 = s1 * t50;
+        const float t58 = c1 * t50;
+        const float t59 = c1 * t34;
+        const float t60 = t57 + t59;
+        const float t61 = s1 * t34;
+        const float t62 = t58 - t61;
+        t[4 * t_row + i] = t62;
+        const float t63 = -t60;
+        t[3 * t_row + i] = t63;
+    }
+}
+
+void puma560_f32_twist_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (twist_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = twist + begin;
+            puma560_f32_twist_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, twist_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_twist_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, twist + first, twist_stride);
+        } else {
+            store_numbers(results, 6, count, twist + first * twist_stride, twist_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_bias_acceleration_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t2 = c2 * 0.4318F;
+        const float t3 = s2 * 0.4318F;
+        const float t4 = qd[i * qd_pose + 4 * qd_joint] * t1;
+        const float t5 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const float t6 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const float t7 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t8 = c4 * t0;
+        const float t9 = t8 - t7;
+        const float t10 = s4 * t0;
+        const float t11 = s4 * t4;
+        const float t12 = c4 * t4;
+        const float t13 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t14 = t13 + t10;
+        const float t15 = qd[i * qd_pose + 3 * qd_joint] * t14;
+        const float t16 = t15 - t12;
+        const float t17 = qd[i * qd_pose + 2 * qd_joint] + t14;
+        const float t18 = qd[i * qd_pose + 1 * qd_joint] + t17;
+        const float t19 = qd[i * qd_pose + 3 * qd_joint] * t9;
+        const float t20 = t11 + t19;
+        const float t21 = s23 * 0.4318F;
+        const float t22 = c23 * 0.0203F;
+        const float t23 = t21 - t22;
+        const float t24 = t23 - t2;
+        const float t25 = qd[i * qd_pose + 2 * qd_joint] * t23;
+        const float t26 = s23 * 0.0203F;
+        const float t27 = c23 * 0.4318F;
+        const float t28 = t26 + t27;
+        const float t29 = t28 + t3;
+        const float t30 = qd[i * qd_pose + 2 * qd_joint] * t28;
+        const float t31 = qd[i * qd_pose + 1 * qd_joint] * t29;
+        const float t32 = t30 + t31;
+        const float t33 = s23 * t5;
+        const float t34 = c23 * t5;
+        const float t35 = c23 * t9;
+        const float t36 = t33 + t35;
+        const float t37 = s23 * t9;
+        const float t38 = t34 - t37;
+        const float t39 = s23 * t6;
+        const float t40 = s23 * t16;
+        const float t41 = c23 * t16;
+        const float t42 = t39 + t41;
+        const float t43 = c23 * t6;
+        const float t44 = t43 - t40;
+        const float t45 = qd[i * qd_pose + 2 * qd_joint] * t25;
+        const float t46 = qd[i * qd_pose + 2 * qd_joint] * t30;
+        const float t47 = t30 + t32;
+        const float t48 = qd[i * qd_pose + 1 * qd_joint] * t47;
+        const float t49 = t46 + t48;
+        t[2 * t_row + i] = t49;
+        const float t50 = qd[i * qd_pose + 2 * qd_joint] * t38;
+        const float t51 = t50 - t42;
+        const float t52 = qd[i * qd_pose + 1 * qd_joint] * t38;
+        const float t53 = t51 + t52;
+        const float t54 = qd[i * qd_pose + 2 * qd_joint] * t36;
+        const float t55 = t44 + t54;
+        const float t56 = qd[i * qd_pose + 1 * qd_joint] * t24;
+        const float t57 = t25 + t56;
+        const float t58 = t25 + t57;
+        const float t59 = qd[i * qd_pose + 1 * qd_joint] * t58;
+        const float t60 = t45 + t59;
+        const float t61 = qd[i * qd_pose + 1 * qd_joint] * t36;
+        const float t62 = t55 + t61;
+        t[5 * t_row + i] = t62;
+        const float t63 = s1 * 0.15005F;
+        const float t64 = c1 * t24;
+        const float t65 = t63 + t64;
+        const float t66 = s1 * t24;
+        const float t67 = qd[i * qd_pose + 0 * qd_joint] * t65;
+        const float t68 = c1 * 0.15005F;
+        const float t69 = t66 - t68;
+        const float t70 = qd[i * qd_pose + 0 * qd_joint] * t69;
+        const float t71 = c1 * t32;
+        const float t72 = s1 * t32;
+        const float t73 = t70 - t71;
+        const float t74 = t71 - t73;
+        const float t75 = t72 + t67;
+        const float t76 = t72 + t75;
+        const float t77 = qd[i * qd_pose + 0 * qd_joint] * t76;
+        const float t78 = qd[i * qd_pose + 0 * qd_joint] * t74;
+        const float t79 = s1 * t18;
+        const float t80 = c1 * t18;
+        const float t81 = c1 * t36;
+        const float t82 = t79 + t81;
+        const float t83 = s1 * t36;
+        const float t84 = t83 - t80;
+        const float t85 = qd[i * qd_pose + 0 * qd_joint] * t84;
+        const float t86 = qd[i * qd_pose + 0 * qd_joint] * t82;
+        const float t87 = c1 * t60;
+        const float t88 = t87 + t77;
+        t[0 * t_row + i] = t88;
+        const float t89 = s1 * t60;
+        const float t90 = t89 - t78;
+        t[1 * t_row + i] = t90;
+        const float t91 = s1 * t20;
+        const float t92 = c1 * t20;
+        const float t93 = c1 * t53;
+        const float t94 = t91 + t93;
+        const float t95 = t85 - t94;
+        t[3 * t_row + i] = t95;
+        const float t96 = s1 * t53;
+        const float t97 = t92 - t96;
+        const float t98 = t97 - t86;
+        t[4 * t_row + i] = t98;
+    }
+}
+
+void puma560_f32_bias_acceleration_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = bias_acceleration + begin;
+            puma560_f32_bias_acceleration_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_bias_acceleration_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_bias_acceleration_local_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s3;
+        float c3;
+        puma560_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const float t1 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const float t2 = qd[i * qd_pose + 1 * qd_joint] * t1;
+        const float t3 = qd[i * qd_pose + 1 * qd_joint] * t0;
+        const float t4 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const float t5 = 0.4318F * t4;
+        const float t6 = s3 * t0;
+        const float t7 = 0.4318F * t6;
+        const float t8 = s3 * t2;
+        const float t9 = 0.4318F * t8;
+        const float t10 = c3 * t1;
+        const float t11 = 0.4318F * t10;
+        const float t12 = t7 + t11;
+        const float t13 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const float t14 = 0.4318F * t13;
+        const float t15 = c3 * t3;
+        const float t16 = 0.4318F * t15;
+        const float t17 = t9 - t16;
+        const float t18 = qd[i * qd_pose + 2 * qd_joint] * t14;
+        const float t19 = qd[i * qd_pose + 2 * qd_joint] * t5;
+        const float t20 = qd[i * qd_pose + 2 * qd_joint] * t1;
+        const float t21 = t2 + t20;
+        const float t22 = qd[i * qd_pose + 2 * qd_joint] * t0;
+        const float t23 = t3 + t22;
+        const float t24 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const float t25 = t1 * 0.15005F;
+        const float t26 = t25 - t5;
+        const float t27 = t1 * 0.0203F;
+        const float t28 = t12 + t27;
+        const float t29 = qd[i * qd_pose + 3 * qd_joint] - t1;
+        const float t30 = t0 * 0.15005F;
+        const float t31 = t14 + t30;
+        const float t32 = t24 * 0.0203F;
+        const float t33 = t32 + t31;
+        const float t34 = t23 * 0.15005F;
+        const float t35 = t18 + t34;
+        const float t36 = t23 * 0.0203F;
+        const float t37 = t36 - t17;
+        const float t38 = t21 * 0.15005F;
+        const float t39 = t38 - t19;
+        const float t40 = s4 * t28;
+        const float t41 = c4 * t28;
+        const float t42 = c4 * t26;
+        const float t43 = t40 + t42;
+        const float t44 = s4 * t26;
+        const float t45 = t44 - t41;
+        const float t46 = s4 * t24;
+        const float t47 = c4 * t24;
+        const float t48 = c4 * t0;
+        const float t49 = t46 + t48;
+        const float t50 = s4 * t0;
+        const float t51 = t50 - t47;
+        const float t52 = s4 * t37;
+        const float t53 = c4 * t37;
+        const float t54 = c4 * t35;
+        const float t55 = t52 + t54;
+        const float t56 = s4 * t35;
+        const float t57 = t56 - t53;
+        const float t58 = c4 * t21;
+        const float t59 = s4 * t21;
+        const float t60 = qd[i * qd_pose + 3 * qd_joint] * t45;
+        const float t61 = t55 + t60;
+        const float t62 = qd[i * qd_pose + 3 * qd_joint] * t43;
+        const float t63 = t62 - t57;
+        const float t64 = qd[i * qd_pose + 3 * qd_joint] * t51;
+        const float t65 = t64 - t58;
+        const float t66 = qd[i * qd_pose + 3 * qd_joint] * t49;
+        const float t67 = t59 + t66;
+        const float t68 = 0.4318F * t51;
+        const float t69 = t43 - t68;
+        const float t70 = t51 - qd[i * qd_pose + 4 * qd_joint];
+        const float t71 = 0.4318F * t49;
+        const float t72 = t45 + t71;
+        const float t73 = 0.4318F * t67;
+        const float t74 = t61 + t73;
+        const float t75 = 0.4318F * t65;
+        const float t76 = t63 - t75;
+        const float t77 = c5 * t69;
+        const float t78 = s5 * t69;
+        const float t79 = s5 * t33;
+        const float t80 = t79 - t77;
+        const float t81 = c5 * t33;
+        const float t82 = t78 + t81;
+        const float t83 = qd[i * qd_pose + 4 * qd_joint] * t82;
+        const float t84 = s5 * t29;
+        const float t85 = c5 * t29;
+        const float t86 = c5 * t49;
+        const float t87 = t86 - t84;
+        const float t88 = s5 * t49;
+        const float t89 = t88 + t85;
+        const float t90 = qd[i * qd_pose + 4 * qd_joint] * t89;
+        const float t91 = s5 * t39;
+        const float t92 = c5 * t39;
+        const float t93 = c5 * t74;
+        const float t94 = t91 + t93;
+        const float t95 = t94 + t83;
+        const float t96 = s5 * t74;
+        const float t97 = t92 - t96;
+        const float t98 = s5 * t23;
+        const float t99 = s5 * t65;
+        const float t100 = c5 * t65;
+        const float t101 = t98 + t100;
+        const float t102 = c5 * t23;
+        const float t103 = t102 - t99;
+        const float t104 = t101 + t90;
+        const float t105 = qd[i * qd_pose + 4 * qd_joint] * t80;
+        const float t106 = t97 - t105;
+        t[2 * t_row + i] = t106;
+        const float t107 = qd[i * qd_pose + 4 * qd_joint] * t87;
+        const float t108 = t103 + t107;
+        t[5 * t_row + i] = t108;
+        const float t109 = s6 * t72;
+        const float t110 = c6 * t72;
+        const float t111 = c6 * t80;
+        const float t112 = t109 + t111;
+        const float t113 = s6 * t80;
+        const float t114 = t110 - t113;
+        const float t115 = qd[i * qd_pose + 5 * qd_joint] * t114;
+        const float t116 = qd[i * qd_pose + 5 * qd_joint] * t112;
+        const float t117 = s6 * t70;
+        const float t118 = c6 * t70;
+        const float t119 = c6 * t87;
+        const float t120 = t119 - t117;
+        const float t121 = s6 * t87;
+        const float t122 = t121 + t118;
+        const float t123 = qd[i * qd_pose + 5 * qd_joint] * t122;
+        const float t124 = qd[i * qd_pose + 5 * qd_joint] * t120;
+        const float t125 = s6 * t76;
+        const float t126 = c6 * t76;
+        const float t127 = c6 * t95;
+        const float t128 = t125 + t127;
+        const float t129 = t128 + t115;
+        t[0 * t_row + i] = t129;
+        const float t130 = s6 * t95;
+        const float t131 = t126 - t130;
+        const float t132 = t131 - t116;
+        t[1 * t_row + i] = t132;
+        const float t133 = s6 * t67;
+        const float t134 = s6 * t104;
+        const float t135 = c6 * t104;
+        const float t136 = t133 + t135;
+        const float t137 = t136 + t123;
+        t[3 * t_row + i] = t137;
+        const float t138 = c6 * t67;
+        const float t139 = t138 - t134;
+        const float t140 = t139 + t124;
+        t[4 * t_row + i] = t140;
+    }
+}
+
+void puma560_f32_bias_acceleration_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = bias_acceleration + begin;
+            puma560_f32_bias_acceleration_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_bias_acceleration_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_bias_acceleration_world_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t1 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t2 = qd[i * qd_pose + 4 * qd_joint] * t1;
+        const float t3 = qd[i * qd_pose + 3 * qd_joint] + t1;
+        const float t4 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const float t5 = qd[i * qd_pose + 4 * qd_joint] * 0.4318F;
+        const float t6 = t0 * 0.4318F;
+        const float t7 = t2 * 0.4318F;
+        const float t8 = s4 * t6;
+        const float t9 = c4 * t6;
+        const float t10 = c4 * t5;
+        const float t11 = t8 + t10;
+        const float t12 = s4 * t5;
+        const float t13 = t12 - t9;
+        const float t14 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t15 = c4 * t0;
+        const float t16 = t15 - t14;
+        const float t17 = s4 * t0;
+        const float t18 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t19 = t18 + t17;
+        const float t20 = s4 * t7;
+        const float t21 = c4 * t7;
+        const float t22 = c4 * t2;
+        const float t23 = s4 * t2;
+        const float t24 = qd[i * qd_pose + 3 * qd_joint] * t13;
+        const float t25 = t24 - t20;
+        const float t26 = qd[i * qd_pose + 3 * qd_joint] * t11;
+        const float t27 = t26 - t21;
+        const float t28 = qd[i * qd_pose + 3 * qd_joint] * t19;
+        const float t29 = t28 - t22;
+        const float t30 = qd[i * qd_pose + 3 * qd_joint] * t16;
+        const float t31 = t23 + t30;
+        const float t32 = t3 * 0.15005F;
+        const float t33 = t32 - t11;
+        const float t34 = t3 * 0.0203F;
+        const float t35 = t34 - t13;
+        const float t36 = t16 * 0.15005F;
+        const float t37 = t19 * 0.0203F;
+        const float t38 = t36 + t37;
+        const float t39 = qd[i * qd_pose + 2 * qd_joint] + t19;
+        const float t40 = t4 * 0.15005F;
+        const float t41 = t25 - t40;
+        const float t42 = t4 * 0.0203F;
+        const float t43 = t27 + t42;
+        const float t44 = t29 * 0.15005F;
+        const float t45 = t31 * 0.0203F;
+        const float t46 = t44 - t45;
+        const float t47 = s23 * t38;
+        const float t48 = c23 * t38;
+        const float t49 = c23 * t33;
+        const float t50 = t49 - t47;
+        const float t51 = s23 * t33;
+        const float t52 = t51 + t48;
+        const float t53 = s23 * t3;
+        const float t54 = c23 * t3;
+        const float t55 = c23 * t16;
+        const float t56 = t53 + t55;
+        const float t57 = s23 * t16;
+        const float t58 = t54 - t57;
+        const float t59 = s23 * t46;
+        const float t60 = c23 * t46;
+        const float t61 = c23 * t41;
+        const float t62 = t59 + t61;
+        const float t63 = s23 * t41;
+        const float t64 = t63 - t60;
+        const float t65 = s23 * t4;
+        const float t66 = c23 * t4;
+        const float t67 = c23 * t29;
+        const float t68 = t65 + t67;
+        const float t69 = s23 * t29;
+        const float t70 = t69 - t66;
+        const float t71 = qd[i * qd_pose + 2 * qd_joint] * t52;
+        const float t72 = t71 - t62;
+        const float t73 = qd[i * qd_pose + 2 * qd_joint] * t50;
+        const float t74 = t64 + t73;
+        const float t75 = qd[i * qd_pose + 2 * qd_joint] * t58;
+        const float t76 = t75 - t68;
+        const float t77 = qd[i * qd_pose + 2 * qd_joint] * t56;
+        const float t78 = t77 - t70;
+        const float t79 = s2 * t39;
+        const float t80 = 0.4318F * t79;
+        const float t81 = t50 - t80;
+        const float t82 = s2 * t56;
+        const float t83 = 0.4318F * t82;
+        const float t84 = t35 + t83;
+        const float t85 = c2 * t58;
+        const float t86 = 0.4318F * t85;
+        const float t87 = t86 + t84;
+        const float t88 = qd[i * qd_pose + 1 * qd_joint] * t58;
+        const float t89 = t76 + t88;
+        const float t90 = s2 * t76;
+        const float t91 = s2 * t31;
+        const float t92 = 0.4318F * t91;
+        const float t93 = t72 + t92;
+        const float t94 = 0.4318F * t90;
+        const float t95 = t43 - t94;
+        const float t96 = c2 * t39;
+        const float t97 = 0.4318F * t96;
+        const float t98 = t52 + t97;
+        const float t99 = qd[i * qd_pose + 1 * qd_joint] * t98;
+        const float t100 = t93 + t99;
+        const float t101 = qd[i * qd_pose + 1 * qd_joint] + t39;
+        const float t102 = c2 * t78;
+        const float t103 = 0.4318F * t102;
+        const float t104 = t103 + t95;
+        const float t105 = c2 * t31;
+        const float t106 = 0.4318F * t105;
+        const float t107 = t74 + t106;
+        const float t108 = qd[i * qd_pose + 1 * qd_joint] * t81;
+        const float t109 = t107 + t108;
+        t[2 * t_row + i] = t109;
+        const float t110 = qd[i * qd_pose + 1 * qd_joint] * t56;
+        const float t111 = t78 + t110;
+        t[5 * t_row + i] = t111;
+        const float t112 = s1 * t87;
+        const float t113 = c1 * t87;
+        const float t114 = c1 * t81;
+        const float t115 = t112 + t114;
+        const float t116 = s1 * t81;
+        const float t117 = t116 - t113;
+        const float t118 = qd[i * qd_pose + 0 * qd_joint] * t117;
+        const float t119 = qd[i * qd_pose + 0 * qd_joint] * t115;
+        const float t120 = s1 * t101;
+        const float t121 = c1 * t101;
+        const float t122 = c1 * t56;
+        const float t123 = t120 + t122;
+        const float t124 = s1 * t56;
+        const float t125 = t124 - t121;
+        const float t126 = qd[i * qd_pose + 0 * qd_joint] * t125;
+        const float t127 = qd[i * qd_pose + 0 * qd_joint] * t123;
+        const float t128 = s1 * t104;
+        const float t129 = c1 * t104;
+        const float t130 = c1 * t100;
+        const float t131 = t128 + t130;
+        const float t132 = t131 + t118;
+        t[0 * t_row + i] = t132;
+        const float t133 = s1 * t100;
+        const float t134 = t133 - t129;
+        const float t135 = t134 - t119;
+        t[1 * t_row + i] = t135;
+        const float t136 = s1 * t31;
+        const float t137 = s1 * t89;
+        const float t138 = c1 * t89;
+        const float t139 = t136 + t138;
+        const float t140 = t126 - t139;
+        t[3 * t_row + i] = t140;
+        const float t141 = c1 * t31;
+        const float t142 = t141 - t137;
+        const float t143 = t142 - t127;
+        t[4 * t_row + i] = t143;
+    }
+}
+
+void puma560_f32_bias_acceleration_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (bias_acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = bias_acceleration + begin;
+            puma560_f32_bias_acceleration_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, to, bias_acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_bias_acceleration_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, bias_acceleration + first, bias_acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, bias_acceleration + first * bias_acceleration_stride, bias_acceleration_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_acceleration_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = c2 * 0.4318F;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t3 = qdd[i * qdd_pose + 5 * qdd_joint] * s5;
+        const float t4 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t5 = qdd[i * qdd_pose + 5 * qdd_joint] * c5;
+        const float t6 = qd[i * qd_pose + 4 * qd_joint] * t4;
+        const float t7 = t3 + t6;
+        const float t8 = qd[i * qd_pose + 3 * qd_joint] + t4;
+        const float t9 = qd[i * qd_pose + 4 * qd_joint] * t2;
+        const float t10 = t9 - t5;
+        const float t11 = qdd[i * qdd_pose + 3 * qdd_joint] - t10;
+        const float t12 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t13 = c4 * t2;
+        const float t14 = t13 - t12;
+        const float t15 = s4 * t2;
+        const float t16 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t17 = t16 + t15;
+        const float t18 = qdd[i * qdd_pose + 4 * qdd_joint] * s4;
+        const float t19 = s4 * t7;
+        const float t20 = c4 * t7;
+        const float t21 = t20 - t18;
+        const float t22 = qdd[i * qdd_pose + 4 * qdd_joint] * c4;
+        const float t23 = t22 + t19;
+        const float t24 = qd[i * qd_pose + 3 * qd_joint] * t17;
+        const float t25 = t24 - t21;
+        const float t26 = qd[i * qd_pose + 2 * qd_joint] + t17;
+        const float t27 = qd[i * qd_pose + 1 * qd_joint] + t26;
+        const float t28 = qd[i * qd_pose + 3 * qd_joint] * t14;
+        const float t29 = t23 + t28;
+        const float t30 = qdd[i * qdd_pose + 2 * qdd_joint] + t29;
+        const float t31 = qdd[i * qdd_pose + 1 * qdd_joint] + t30;
+        const float t32 = s23 * 0.4318F;
+        const float t33 = c23 * 0.0203F;
+        const float t34 = t32 - t33;
+        const float t35 = t34 - t0;
+        const float t36 = s23 * 0.0203F;
+        const float t37 = c23 * 0.4318F;
+        const float t38 = t36 + t37;
+        const float t39 = t38 + t1;
+        const float t40 = s23 * t8;
+        const float t41 = c23 * t8;
+        const float t42 = c23 * t14;
+        const float t43 = t40 + t42;
+        const float t44 = s23 * t14;
+        const float t45 = t41 - t44;
+        const float t46 = s23 * t11;
+        const float t47 = s23 * t25;
+        const float t48 = c23 * t25;
+        const float t49 = t48 - t46;
+        const float t50 = c23 * t11;
+        const float t51 = t47 + t50;
+        const float t52 = qd[i * qd_pose + 2 * qd_joint] * t38;
+        const float t53 = qdd[i * qdd_pose + 2 * qdd_joint] * t38;
+        const float t54 = qd[i * qd_pose + 2 * qd_joint] * t34;
+        const float t55 = qdd[i * qdd_pose + 2 * qdd_joint] * t34;
+        const float t56 = qd[i * qd_pose + 2 * qd_joint] * t54;
+        const float t57 = t56 - t53;
+        const float t58 = qd[i * qd_pose + 2 * qd_joint] * t52;
+        const float t59 = t58 + t55;
+        const float t60 = qd[i * qd_pose + 2 * qd_joint] * t45;
+        const float t61 = t60 - t49;
+        const float t62 = qd[i * qd_pose + 1 * qd_joint] * t45;
+        const float t63 = t61 + t62;
+        const float t64 = qd[i * qd_pose + 2 * qd_joint] * t43;
+        const float t65 = t64 - t51;
+        const float t66 = qd[i * qd_pose + 1 * qd_joint] * t39;
+        const float t67 = t52 + t66;
+        const float t68 = t52 + t67;
+        const float t69 = qdd[i * qdd_pose + 1 * qdd_joint] * t39;
+        const float t70 = t57 - t69;
+        const float t71 = qd[i * qd_pose + 1 * qd_joint] * t68;
+        const float t72 = t59 + t71;
+        const float t73 = qd[i * qd_pose + 1 * qd_joint] * t35;
+        const float t74 = t54 + t73;
+        const float t75 = t54 + t74;
+        const float t76 = qd[i * qd_pose + 1 * qd_joint] * t75;
+        const float t77 = t76 + t70;
+        const float t78 = qdd[i * qdd_pose + 1 * qdd_joint] * t35;
+        const float t79 = t78 + t72;
+        t[2 * t_row + i] = t79;
+        const float t80 = qd[i * qd_pose + 1 * qd_joint] * t43;
+        const float t81 = t65 + t80;
+        const float t82 = qdd[i * qdd_pose + 0 * qdd_joint] + t81;
+        t[5 * t_row + i] = t82;
+        const float t83 = s1 * 0.15005F;
+        const float t84 = c1 * t35;
+        const float t85 = t83 + t84;
+        const float t86 = s1 * t35;
+        const float t87 = c1 * 0.15005F;
+        const float t88 = t86 - t87;
+        const float t89 = c1 * t67;
+        const float t90 = s1 * t67;
+        const float t91 = s1 * t27;
+        const float t92 = c1 * t27;
+        const float t93 = c1 * t43;
+        const float t94 = t91 + t93;
+        const float t95 = s1 * t43;
+        const float t96 = t95 - t92;
+        const float t97 = qd[i * qd_pose + 0 * qd_joint] * t96;
+        const float t98 = qd[i * qd_pose + 0 * qd_joint] * t94;
+        const float t99 = c1 * t77;
+        const float t100 = s1 * t77;
+        const float t101 = s1 * t31;
+        const float t102 = c1 * t31;
+        const float t103 = c1 * t63;
+        const float t104 = t101 + t103;
+        const float t105 = t97 - t104;
+        t[3 * t_row + i] = t105;
+        const float t106 = s1 * t63;
+        const float t107 = t102 - t106;
+        const float t108 = t107 - t98;
+        t[4 * t_row + i] = t108;
+        const float t109 = qd[i * qd_pose + 0 * qd_joint] * t88;
+        const float t110 = t109 - t89;
+        const float t111 = t89 - t110;
+        const float t112 = qdd[i * qdd_pose + 0 * qdd_joint] * t88;
+        const float t113 = qd[i * qd_pose + 0 * qd_joint] * t111;
+        const float t114 = t100 - t113;
+        const float t115 = qd[i * qd_pose + 0 * qd_joint] * t85;
+        const float t116 = t90 + t115;
+        const float t117 = t90 + t116;
+        const float t118 = qd[i * qd_pose + 0 * qd_joint] * t117;
+        const float t119 = t99 + t118;
+        const float t120 = t112 + t119;
+        t[0 * t_row + i] = t120;
+        const float t121 = qdd[i * qdd_pose + 0 * qdd_joint] * t85;
+        const float t122 = t114 - t121;
+        t[1 * t_row + i] = t122;
+    }
+}
+
+void puma560_f32_acceleration_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float qdd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = acceleration + begin;
+            puma560_f32_acceleration_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_acceleration_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_acceleration_local_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s3;
+        float c3;
+        puma560_f32_sincos(q[i * q_pose + 2 * q_joint], &s3, &c3);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = qd[i * qd_pose + 0 * qd_joint] * s23;
+        const float t1 = qdd[i * qdd_pose + 0 * qdd_joint] * s23;
+        const float t2 = qd[i * qd_pose + 0 * qd_joint] * c23;
+        const float t3 = qdd[i * qdd_pose + 0 * qdd_joint] * c23;
+        const float t4 = qd[i * qd_pose + 1 * qd_joint] * t2;
+        const float t5 = t1 + t4;
+        const float t6 = qd[i * qd_pose + 1 * qd_joint] * t0;
+        const float t7 = t6 - t3;
+        const float t8 = qd[i * qd_pose + 1 * qd_joint] * s3;
+        const float t9 = 0.4318F * t8;
+        const float t10 = s3 * t0;
+        const float t11 = 0.4318F * t10;
+        const float t12 = c3 * t2;
+        const float t13 = 0.4318F * t12;
+        const float t14 = t11 + t13;
+        const float t15 = qd[i * qd_pose + 1 * qd_joint] * c3;
+        const float t16 = 0.4318F * t15;
+        const float t17 = qdd[i * qdd_pose + 1 * qdd_joint] * s3;
+        const float t18 = 0.4318F * t17;
+        const float t19 = s3 * t5;
+        const float t20 = 0.4318F * t19;
+        const float t21 = c3 * t7;
+        const float t22 = 0.4318F * t21;
+        const float t23 = t20 - t22;
+        const float t24 = qdd[i * qdd_pose + 1 * qdd_joint] * c3;
+        const float t25 = 0.4318F * t24;
+        const float t26 = qd[i * qd_pose + 2 * qd_joint] * t16;
+        const float t27 = t18 + t26;
+        const float t28 = qd[i * qd_pose + 2 * qd_joint] * t9;
+        const float t29 = t28 - t25;
+        const float t30 = qd[i * qd_pose + 2 * qd_joint] * t2;
+        const float t31 = t5 + t30;
+        const float t32 = qdd[i * qdd_pose + 1 * qdd_joint] + qdd[i * qdd_pose + 2 * qdd_joint];
+        const float t33 = qd[i * qd_pose + 2 * qd_joint] * t0;
+        const float t34 = t7 + t33;
+        const float t35 = qd[i * qd_pose + 1 * qd_joint] + qd[i * qd_pose + 2 * qd_joint];
+        const float t36 = t2 * 0.15005F;
+        const float t37 = t36 - t9;
+        const float t38 = t2 * 0.0203F;
+        const float t39 = t14 + t38;
+        const float t40 = qd[i * qd_pose + 3 * qd_joint] - t2;
+        const float t41 = t0 * 0.15005F;
+        const float t42 = t16 + t41;
+        const float t43 = t35 * 0.0203F;
+        const float t44 = t43 + t42;
+        const float t45 = t34 * 0.15005F;
+        const float t46 = t27 + t45;
+        const float t47 = t34 * 0.0203F;
+        const float t48 = t23 - t47;
+        const float t49 = qdd[i * qdd_pose + 3 * qdd_joint] + t34;
+        const float t50 = t31 * 0.15005F;
+        const float t51 = t50 - t29;
+        const float t52 = t32 * 0.0203F;
+        const float t53 = t52 + t51;
+        const float t54 = s4 * t39;
+        const float t55 = c4 * t39;
+        const float t56 = c4 * t37;
+        const float t57 = t54 + t56;
+        const float t58 = s4 * t37;
+        const float t59 = t58 - t55;
+        const float t60 = s4 * t35;
+        const float t61 = c4 * t35;
+        const float t62 = c4 * t0;
+        const float t63 = t60 + t62;
+        const float t64 = s4 * t0;
+        const float t65 = t64 - t61;
+        const float t66 = s4 * t48;
+        const float t67 = c4 * t48;
+        const float t68 = c4 * t46;
+        const float t69 = t68 - t66;
+        const float t70 = s4 * t46;
+        const float t71 = t70 + t67;
+        const float t72 = s4 * t32;
+        const float t73 = c4 * t32;
+        const float t74 = c4 * t31;
+        const float t75 = t72 + t74;
+        const float t76 = s4 * t31;
+        const float t77 = t76 - t73;
+        const float t78 = qd[i * qd_pose + 3 * qd_joint] * t59;
+        const float t79 = t69 + t78;
+        const float t80 = qd[i * qd_pose + 3 * qd_joint] * t57;
+        const float t81 = t80 - t71;
+        const float t82 = qd[i * qd_pose + 3 * qd_joint] * t65;
+        const float t83 = t82 - t75;
+        const float t84 = qd[i * qd_pose + 3 * qd_joint] * t63;
+        const float t85 = t77 + t84;
+        const float t86 = 0.4318F * t65;
+        const float t87 = t57 - t86;
+        const float t88 = t65 - qd[i * qd_pose + 4 * qd_joint];
+        const float t89 = 0.4318F * t63;
+        const float t90 = t59 + t89;
+        const float t91 = 0.4318F * t85;
+        const float t92 = t79 + t91;
+        const float t93 = t85 - qdd[i * qdd_pose + 4 * qdd_joint];
+        const float t94 = 0.4318F * t83;
+        const float t95 = t81 - t94;
+        const float t96 = c5 * t87;
+        const float t97 = s5 * t87;
+        const float t98 = s5 * t44;
+        const float t99 = t98 - t96;
+        const float t100 = c5 * t44;
+        const float t101 = t97 + t100;
+        const float t102 = qd[i * qd_pose + 4 * qd_joint] * t101;
+        const float t103 = s5 * t40;
+        const float t104 = c5 * t40;
+        const float t105 = c5 * t63;
+        const float t106 = t105 - t103;
+        const float t107 = s5 * t63;
+        const float t108 = t107 + t104;
+        const float t109 = qd[i * qd_pose + 4 * qd_joint] * t108;
+        const float t110 = s5 * t53;
+        const float t111 = c5 * t53;
+        const float t112 = c5 * t92;
+        const float t113 = t110 + t112;
+        const float t114 = t113 + t102;
+        const float t115 = s5 * t92;
+        const float t116 = t111 - t115;
+        const float t117 = s5 * t49;
+        const float t118 = c5 * t49;
+        const float t119 = c5 * t83;
+        const float t120 = t117 + t119;
+        const float t121 = s5 * t83;
+        const float t122 = t121 - t118;
+        const float t123 = t120 + t109;
+        const float t124 = qd[i * qd_pose + 4 * qd_joint] * t99;
+        const float t125 = t116 - t124;
+        t[2 * t_row + i] = t125;
+        const float t126 = qd[i * qd_pose + 4 * qd_joint] * t106;
+        const float t127 = t126 - t122;
+        const float t128 = qdd[i * qdd_pose + 5 * qdd_joint] + t127;
+        t[5 * t_row + i] = t128;
+        const float t129 = s6 * t90;
+        const float t130 = c6 * t90;
+        const float t131 = c6 * t99;
+        const float t132 = t129 + t131;
+        const float t133 = s6 * t99;
+        const float t134 = t130 - t133;
+        const float t135 = qd[i * qd_pose + 5 * qd_joint] * t134;
+        const float t136 = qd[i * qd_pose + 5 * qd_joint] * t132;
+        const float t137 = s6 * t88;
+        const float t138 = c6 * t88;
+        const float t139 = c6 * t106;
+        const float t140 = t139 - t137;
+        const float t141 = s6 * t106;
+        const float t142 = t141 + t138;
+        const float t143 = qd[i * qd_pose + 5 * qd_joint] * t142;
+        const float t144 = qd[i * qd_pose + 5 * qd_joint] * t140;
+        const float t145 = s6 * t95;
+        const float t146 = c6 * t95;
+        const float t147 = c6 * t114;
+        const float t148 = t145 + t147;
+        const float t149 = t148 + t135;
+        t[0 * t_row + i] = t149;
+        const float t150 = s6 * t114;
+        const float t151 = t146 - t150;
+        const float t152 = t151 - t136;
+        t[1 * t_row + i] = t152;
+        const float t153 = s6 * t93;
+        const float t154 = c6 * t93;
+        const float t155 = c6 * t123;
+        const float t156 = t153 + t155;
+        const float t157 = t156 + t143;
+        t[3 * t_row + i] = t157;
+        const float t158 = s6 * t123;
+        const float t159 = t158 - t154;
+        const float t160 = t144 - t159;
+        t[4 * t_row + i] = t160;
+    }
+}
+
+void puma560_f32_acceleration_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float qdd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = acceleration + begin;
+            puma560_f32_acceleration_local_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_acceleration_local_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_acceleration_world_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *restrict qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *restrict qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = qd[i * qd_pose + 5 * qd_joint] * s5;
+        const float t1 = qdd[i * qdd_pose + 5 * qdd_joint] * s5;
+        const float t2 = qd[i * qd_pose + 5 * qd_joint] * c5;
+        const float t3 = qdd[i * qdd_pose + 5 * qdd_joint] * c5;
+        const float t4 = qd[i * qd_pose + 4 * qd_joint] * t2;
+        const float t5 = t1 + t4;
+        const float t6 = qd[i * qd_pose + 3 * qd_joint] + t2;
+        const float t7 = qd[i * qd_pose + 4 * qd_joint] * t0;
+        const float t8 = t7 - t3;
+        const float t9 = qdd[i * qdd_pose + 3 * qdd_joint] - t8;
+        const float t10 = qd[i * qd_pose + 4 * qd_joint] * 0.4318F;
+        const float t11 = t0 * 0.4318F;
+        const float t12 = qdd[i * qdd_pose + 4 * qdd_joint] * 0.4318F;
+        const float t13 = t5 * 0.4318F;
+        const float t14 = s4 * t11;
+        const float t15 = c4 * t11;
+        const float t16 = c4 * t10;
+        const float t17 = t14 + t16;
+        const float t18 = s4 * t10;
+        const float t19 = t18 - t15;
+        const float t20 = qd[i * qd_pose + 4 * qd_joint] * s4;
+        const float t21 = c4 * t0;
+        const float t22 = t21 - t20;
+        const float t23 = s4 * t0;
+        const float t24 = qd[i * qd_pose + 4 * qd_joint] * c4;
+        const float t25 = t24 + t23;
+        const float t26 = s4 * t13;
+        const float t27 = c4 * t13;
+        const float t28 = c4 * t12;
+        const float t29 = t26 + t28;
+        const float t30 = s4 * t12;
+        const float t31 = t30 - t27;
+        const float t32 = qdd[i * qdd_pose + 4 * qdd_joint] * s4;
+        const float t33 = s4 * t5;
+        const float t34 = c4 * t5;
+        const float t35 = t34 - t32;
+        const float t36 = qdd[i * qdd_pose + 4 * qdd_joint] * c4;
+        const float t37 = t36 + t33;
+        const float t38 = qd[i * qd_pose + 3 * qd_joint] * t19;
+        const float t39 = t38 - t29;
+        const float t40 = qd[i * qd_pose + 3 * qd_joint] * t17;
+        const float t41 = t31 + t40;
+        const float t42 = qd[i * qd_pose + 3 * qd_joint] * t25;
+        const float t43 = t42 - t35;
+        const float t44 = qd[i * qd_pose + 3 * qd_joint] * t22;
+        const float t45 = t37 + t44;
+        const float t46 = t6 * 0.15005F;
+        const float t47 = t17 - t46;
+        const float t48 = t6 * 0.0203F;
+        const float t49 = t19 - t48;
+        const float t50 = t22 * 0.15005F;
+        const float t51 = t25 * 0.0203F;
+        const float t52 = t50 + t51;
+        const float t53 = qd[i * qd_pose + 2 * qd_joint] + t25;
+        const float t54 = t9 * 0.15005F;
+        const float t55 = t39 + t54;
+        const float t56 = t9 * 0.0203F;
+        const float t57 = t41 - t56;
+        const float t58 = t43 * 0.15005F;
+        const float t59 = t45 * 0.0203F;
+        const float t60 = t58 - t59;
+        const float t61 = qdd[i * qdd_pose + 2 * qdd_joint] + t45;
+        const float t62 = s23 * t52;
+        const float t63 = c23 * t52;
+        const float t64 = c23 * t47;
+        const float t65 = t62 + t64;
+        const float t66 = s23 * t47;
+        const float t67 = t66 - t63;
+        const float t68 = s23 * t6;
+        const float t69 = c23 * t6;
+        const float t70 = c23 * t22;
+        const float t71 = t68 + t70;
+        const float t72 = s23 * t22;
+        const float t73 = t72 - t69;
+        const float t74 = s23 * t60;
+        const float t75 = c23 * t60;
+        const float t76 = c23 * t55;
+        const float t77 = t74 + t76;
+        const float t78 = s23 * t55;
+        const float t79 = t78 - t75;
+        const float t80 = s23 * t9;
+        const float t81 = s23 * t43;
+        const float t82 = c23 * t43;
+        const float t83 = t82 - t80;
+        const float t84 = c23 * t9;
+        const float t85 = t81 + t84;
+        const float t86 = qd[i * qd_pose + 2 * qd_joint] * t67;
+        const float t87 = t77 + t86;
+        const float t88 = qd[i * qd_pose + 2 * qd_joint] * t65;
+        const float t89 = t88 - t79;
+        const float t90 = qd[i * qd_pose + 2 * qd_joint] * t73;
+        const float t91 = t83 + t90;
+        const float t92 = qd[i * qd_pose + 2 * qd_joint] * t71;
+        const float t93 = t92 - t85;
+        const float t94 = s2 * t53;
+        const float t95 = 0.4318F * t94;
+        const float t96 = t65 + t95;
+        const float t97 = s2 * t71;
+        const float t98 = 0.4318F * t97;
+        const float t99 = t49 - t98;
+        const float t100 = c2 * t73;
+        const float t101 = 0.4318F * t100;
+        const float t102 = t101 + t99;
+        const float t103 = qd[i * qd_pose + 1 * qd_joint] * t73;
+        const float t104 = t91 + t103;
+        const float t105 = s2 * t91;
+        const float t106 = s2 * t61;
+        const float t107 = 0.4318F * t106;
+        const float t108 = t87 - t107;
+        const float t109 = 0.4318F * t105;
+        const float t110 = t57 + t109;
+        const float t111 = c2 * t53;
+        const float t112 = 0.4318F * t111;
+        const float t113 = t67 - t112;
+        const float t114 = qd[i * qd_pose + 1 * qd_joint] * t113;
+        const float t115 = t108 + t114;
+        const float t116 = qd[i * qd_pose + 1 * qd_joint] + t53;
+        const float t117 = c2 * t93;
+        const float t118 = 0.4318F * t117;
+        const float t119 = t118 + t110;
+        const float t120 = c2 * t61;
+        const float t121 = 0.4318F * t120;
+        const float t122 = t121 - t89;
+        const float t123 = qdd[i * qdd_pose + 1 * qdd_joint] + t61;
+        const float t124 = qd[i * qd_pose + 1 * qd_joint] * t96;
+        const float t125 = t122 - t124;
+        t[2 * t_row + i] = t125;
+        const float t126 = qd[i * qd_pose + 1 * qd_joint] * t71;
+        const float t127 = t93 + t126;
+        const float t128 = qdd[i * qdd_pose + 0 * qdd_joint] + t127;
+        t[5 * t_row + i] = t128;
+        const float t129 = s1 * t102;
+        const float t130 = c1 * t102;
+        const float t131 = c1 * t96;
+        const float t132 = t129 + t131;
+        const float t133 = s1 * t96;
+        const float t134 = t133 - t130;
+        const float t135 = qd[i * qd_pose + 0 * qd_joint] * t134;
+        const float t136 = qd[i * qd_pose + 0 * qd_joint] * t132;
+        const float t137 = s1 * t116;
+        const float t138 = c1 * t116;
+        const float t139 = c1 * t71;
+        const float t140 = t137 + t139;
+        const float t141 = s1 * t71;
+        const float t142 = t141 - t138;
+        const float t143 = qd[i * qd_pose + 0 * qd_joint] * t142;
+        const float t144 = qd[i * qd_pose + 0 * qd_joint] * t140;
+        const float t145 = c1 * t115;
+        const float t146 = s1 * t115;
+        const float t147 = s1 * t119;
+        const float t148 = t147 - t145;
+        const float t149 = t148 - t135;
+        t[0 * t_row + i] = t149;
+        const float t150 = c1 * t119;
+        const float t151 = t146 + t150;
+        const float t152 = t136 - t151;
+        t[1 * t_row + i] = t152;
+        const float t153 = s1 * t123;
+        const float t154 = s1 * t104;
+        const float t155 = c1 * t104;
+        const float t156 = t155 - t153;
+        const float t157 = t156 + t143;
+        t[3 * t_row + i] = t157;
+        const float t158 = c1 * t123;
+        const float t159 = t154 + t158;
+        const float t160 = t159 - t144;
+        t[4 * t_row + i] = t160;
+    }
+}
+
+void puma560_f32_acceleration_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float qd_copy[6][TILE];
+    float qdd_copy[6][TILE];
+    float t[6][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (qd_pose == 1) && (qdd_pose == 1) && (acceleration_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = acceleration + begin;
+            puma560_f32_acceleration_world_tile(q + begin, 1, q_joint, qd + begin, 1, qd_joint, qdd + begin, 1, qdd_joint, to, acceleration_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    tile_input qd_tile = find_tile_6(qd + (ptrdiff_t)begin * qd_pose, qd_pose, qd_joint, n - begin, qd_copy);
+    tile_input qdd_tile = find_tile_6(qdd + (ptrdiff_t)begin * qdd_pose, qdd_pose, qdd_joint, n - begin, qdd_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_acceleration_world_tile(q_tile.first, q_tile.pose, q_tile.joint, qd_tile.first, qd_tile.pose, qd_tile.joint, qdd_tile.first, qdd_tile.pose, qdd_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+            qd_tile = find_tile_6(qd + (first + TILE) * qd_pose, qd_pose, qd_joint, left - TILE, qd_copy);
+            qdd_tile = find_tile_6(qdd + (first + TILE) * qdd_pose, qdd_pose, qdd_joint, left - TILE, qdd_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 6, count, acceleration + first, acceleration_stride);
+        } else {
+            store_numbers(results, 6, count, acceleration + first * acceleration_stride, acceleration_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_hessian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s2;
+        float c2;
+        puma560_f32_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        const float t0 = c2 * 0.4318F;
+        const float t1 = s2 * 0.4318F;
+        const float t2 = -c1;
+        t[19][i] = t2;
+        t[20][i] = t2;
+        const float t3 = -s1;
+        t[25][i] = t3;
+        t[26][i] = t3;
+        const float t4 = c1 * s23;
+        const float t5 = -t4;
+        t[27][i] = t5;
+        const float t6 = s1 * s23;
+        t[21][i] = t6;
+        const float t7 = s23 * s4;
+        const float t8 = s23 * 0.4318F;
+        const float t9 = c23 * 0.0203F;
+        const float t10 = t8 - t9;
+        const float t11 = t10 - t0;
+        const float t12 = c1 * t10;
+        t[38][i] = t12;
+        t[73][i] = t12;
+        t[74][i] = t12;
+        const float t13 = s1 * t10;
+        t[44][i] = t13;
+        t[79][i] = t13;
+        t[80][i] = t13;
+        const float t14 = s23 * 0.0203F;
+        const float t15 = c23 * 0.4318F;
+        const float t16 = t14 + t15;
+        const float t17 = t16 + t1;
+        const float t18 = s1 * 0.15005F;
+        const float t19 = c1 * t11;
+        t[37][i] = t19;
+        const float t20 = t18 + t19;
+        t[0][i] = t20;
+        const float t21 = s1 * t11;
+        t[43][i] = t21;
+        const float t22 = c1 * 0.15005F;
+        const float t23 = t21 - t22;
+        t[6][i] = t23;
+        const float t24 = c23 * s4;
+        const float t25 = s4 * s5;
+        const float t26 = c4 * s5;
+        const float t27 = s1 * c4;
+        const float t28 = c1 * c4;
+        const float t29 = c1 * t24;
+        const float t30 = t29 - t27;
+        t[28][i] = t30;
+        const float t31 = s1 * t24;
+        const float t32 = t31 + t28;
+        const float t33 = -t32;
+        t[22][i] = t33;
+        const float t34 = c23 * c5;
+        const float t35 = s23 * c5;
+        const float t36 = s23 * t26;
+        const float t37 = t36 - t34;
+        const float t38 = c23 * t26;
+        const float t39 = t35 + t38;
+        const float t40 = c1 * t37;
+        t[59][i] = t40;
+        t[95][i] = t40;
+        const float t41 = s1 * t37;
+        t[65][i] = t41;
+        t[101][i] = t41;
+        const float t42 = s1 * t25;
+        const float t43 = c1 * t25;
+        const float t44 = c1 * t39;
+        const float t45 = t42 + t44;
+        const float t46 = s1 * t39;
+        const float t47 = t46 - t43;
+        t[23][i] = t47;
+        const float t48 = -t45;
+        t[29][i] = t48;
+        const float t49 = c1 * t17;
+        const float t50 = s1 * t17;
+        t[1][i] = t50;
+        t[36][i] = t50;
+        const float t51 = s1 * t50;
+        const float t52 = -t49;
+        t[7][i] = t52;
+        t[42][i] = t52;
+        const float t53 = c1 * t49;
+        const float t54 = t51 + t53;
+        t[49][i] = t54;
+        const float t55 = c1 * t16;
+        const float t56 = s1 * t16;
+        t[2][i] = t56;
+        t[72][i] = t56;
+        const float t57 = s1 * t56;
+        const float t58 = -t55;
+        t[8][i] = t58;
+        t[78][i] = t58;
+        const float t59 = c1 * t55;
+        const float t60 = t57 + t59;
+        t[50][i] = t60;
+        t[85][i] = t60;
+        t[86][i] = t60;
+        const float t61 = c1 * c23;
+        const float t62 = -t61;
+        t[57][i] = t62;
+        t[93][i] = t62;
+        const float t63 = s1 * c23;
+        const float t64 = -t63;
+        t[63][i] = t64;
+        t[99][i] = t64;
+        const float t65 = s1 * t6;
+        const float t66 = c1 * t4;
+        const float t67 = t65 + t66;
+        t[69][i] = t67;
+        t[105][i] = t67;
+        const float t68 = c1 * t7;
+        const float t69 = -t68;
+        t[58][i] = t69;
+        t[94][i] = t69;
+        const float t70 = s1 * t7;
+        const float t71 = -t70;
+        t[64][i] = t71;
+        t[100][i] = t71;
+        const float t72 = s1 * t32;
+        const float t73 = s1 * t47;
+        const float t74 = c1 * t30;
+        const float t75 = t72 + t74;
+        const float t76 = -t75;
+        t[70][i] = t76;
+        t[106][i] = t76;
+        const float t77 = c1 * t45;
+        const float t78 = t73 + t77;
+        t[71][i] = t78;
+        t[107][i] = t78;
+        const float t79 = c23 * t32;
+        const float t80 = t6 * t7;
+        const float t81 = t79 + t80;
+        t[130][i] = t81;
+        const float t82 = c23 * t30;
+        const float t83 = t4 * t7;
+        const float t84 = t82 + t83;
+        const float t85 = -t84;
+        t[136][i] = t85;
+        const float t86 = t6 * t30;
+        const float t87 = t4 * t32;
+        const float t88 = t86 - t87;
+        t[142][i] = t88;
+        const float t89 = c23 * t47;
+        const float t90 = c23 * t45;
+        const float t91 = t6 * t37;
+        const float t92 = t89 + t91;
+        const float t93 = -t92;
+        t[131][i] = t93;
+        const float t94 = t6 * t45;
+        const float t95 = t4 * t37;
+        const float t96 = t90 + t95;
+        t[137][i] = t96;
+        const float t97 = t4 * t47;
+        const float t98 = t97 - t94;
+        t[143][i] = t98;
+        const float t99 = t7 * t47;
+        const float t100 = t7 * t45;
+        const float t101 = t30 * t47;
+        const float t102 = t30 * t37;
+        const float t103 = t100 - t102;
+        t[173][i] = t103;
+        const float t104 = t32 * t37;
+        const float t105 = t104 - t99;
+        t[167][i] = t105;
+        const float t106 = t32 * t45;
+        const float t107 = t106 - t101;
+        t[179][i] = t107;
+    }
+}
+
+void puma560_f32_hessian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *hessian, ptrdiff_t hessian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[216][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[3][i] = 0.0F;
+        t[4][i] = 0.0F;
+        t[5][i] = 0.0F;
+        t[9][i] = 0.0F;
+        t[10][i] = 0.0F;
+        t[11][i] = 0.0F;
+        t[12][i] = 0.0F;
+        t[13][i] = 0.0F;
+        t[14][i] = 0.0F;
+        t[15][i] = 0.0F;
+        t[16][i] = 0.0F;
+        t[17][i] = 0.0F;
+        t[18][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[30][i] = 0.0F;
+        t[31][i] = 0.0F;
+        t[32][i] = 0.0F;
+        t[33][i] = 0.0F;
+        t[34][i] = 0.0F;
+        t[35][i] = 0.0F;
+        t[39][i] = 0.0F;
+        t[40][i] = 0.0F;
+        t[41][i] = 0.0F;
+        t[45][i] = 0.0F;
+        t[46][i] = 0.0F;
+        t[47][i] = 0.0F;
+        t[48][i] = 0.0F;
+        t[51][i] = 0.0F;
+        t[52][i] = 0.0F;
+        t[53][i] = 0.0F;
+        t[54][i] = 0.0F;
+        t[55][i] = 0.0F;
+        t[56][i] = 0.0F;
+        t[60][i] = 0.0F;
+        t[61][i] = 0.0F;
+        t[62][i] = 0.0F;
+        t[66][i] = 0.0F;
+        t[67][i] = 0.0F;
+        t[68][i] = 0.0F;
+        t[75][i] = 0.0F;
+        t[76][i] = 0.0F;
+        t[77][i] = 0.0F;
+        t[81][i] = 0.0F;
+        t[82][i] = 0.0F;
+        t[83][i] = 0.0F;
+        t[84][i] = 0.0F;
+        t[87][i] = 0.0F;
+        t[88][i] = 0.0F;
+        t[89][i] = 0.0F;
+        t[90][i] = 0.0F;
+        t[91][i] = 0.0F;
+        t[92][i] = 0.0F;
+        t[96][i] = 0.0F;
+        t[97][i] = 0.0F;
+        t[98][i] = 0.0F;
+        t[102][i] = 0.0F;
+        t[103][i] = 0.0F;
+        t[104][i] = 0.0F;
+        t[108][i] = 0.0F;
+        t[109][i] = 0.0F;
+        t[110][i] = 0.0F;
+        t[111][i] = 0.0F;
+        t[112][i] = 0.0F;
+        t[113][i] = 0.0F;
+        t[114][i] = 0.0F;
+        t[115][i] = 0.0F;
+        t[116][i] = 0.0F;
+        t[117][i] = 0.0F;
+        t[118][i] = 0.0F;
+        t[119][i] = 0.0F;
+        t[120][i] = 0.0F;
+        t[121][i] = 0.0F;
+        t[122][i] = 0.0F;
+        t[123][i] = 0.0F;
+        t[124][i] = 0.0F;
+        t[125][i] = 0.0F;
+        t[126][i] = 0.0F;
+        t[127][i] = 0.0F;
+        t[128][i] = 0.0F;
+        t[129][i] = 0.0F;
+        t[132][i] = 0.0F;
+        t[133][i] = 0.0F;
+        t[134][i] = 0.0F;
+        t[135][i] = 0.0F;
+        t[138][i] = 0.0F;
+        t[139][i] = 0.0F;
+        t[140][i] = 0.0F;
+        t[141][i] = 0.0F;
+        t[144][i] = 0.0F;
+        t[145][i] = 0.0F;
+        t[146][i] = 0.0F;
+        t[147][i] = 0.0F;
+        t[148][i] = 0.0F;
+        t[149][i] = 0.0F;
+        t[150][i] = 0.0F;
+        t[151][i] = 0.0F;
+        t[152][i] = 0.0F;
+        t[153][i] = 0.0F;
+        t[154][i] = 0.0F;
+        t[155][i] = 0.0F;
+        t[156][i] = 0.0F;
+        t[157][i] = 0.0F;
+        t[158][i] = 0.0F;
+        t[159][i] = 0.0F;
+        t[160][i] = 0.0F;
+        t[161][i] = 0.0F;
+        t[162][i] = 0.0F;
+        t[163][i] = 0.0F;
+        t[164][i] = 0.0F;
+        t[165][i] = 0.0F;
+        t[166][i] = 0.0F;
+        t[168][i] = 0.0F;
+        t[169][i] = 0.0F;
+        t[170][i] = 0.0F;
+        t[171][i] = 0.0F;
+        t[172][i] = 0.0F;
+        t[174][i] = 0.0F;
+        t[175][i] = 0.0F;
+        t[176][i] = 0.0F;
+        t[177][i] = 0.0F;
+        t[178][i] = 0.0F;
+        t[180][i] = 0.0F;
+        t[181][i] = 0.0F;
+        t[182][i] = 0.0F;
+        t[183][i] = 0.0F;
+        t[184][i] = 0.0F;
+        t[185][i] = 0.0F;
+        t[186][i] = 0.0F;
+        t[187][i] = 0.0F;
+        t[188][i] = 0.0F;
+        t[189][i] = 0.0F;
+        t[190][i] = 0.0F;
+        t[191][i] = 0.0F;
+        t[192][i] = 0.0F;
+        t[193][i] = 0.0F;
+        t[194][i] = 0.0F;
+        t[195][i] = 0.0F;
+        t[196][i] = 0.0F;
+        t[197][i] = 0.0F;
+        t[198][i] = 0.0F;
+        t[199][i] = 0.0F;
+        t[200][i] = 0.0F;
+        t[201][i] = 0.0F;
+        t[202][i] = 0.0F;
+        t[203][i] = 0.0F;
+        t[204][i] = 0.0F;
+        t[205][i] = 0.0F;
+        t[206][i] = 0.0F;
+        t[207][i] = 0.0F;
+        t[208][i] = 0.0F;
+        t[209][i] = 0.0F;
+        t[210][i] = 0.0F;
+        t[211][i] = 0.0F;
+        t[212][i] = 0.0F;
+        t[213][i] = 0.0F;
+        t[214][i] = 0.0F;
+        t[215][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_hessian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 216, count, hessian + first, hessian_stride);
+        } else {
+            store_numbers(results, 216, count, hessian + first * hessian_stride, hessian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_quaternion_wxyz_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * c6;
+        const float t1 = s5 * c6;
+        const float t2 = s4 * s6;
+        const float t3 = c4 * s6;
+        const float t4 = c4 * t0;
+        const float t5 = t4 - t2;
+        const float t6 = s4 * t0;
+        const float t7 = t6 + t3;
+        const float t8 = c4 * s5;
+        const float t9 = s4 * s5;
+        const float t10 = c23 * t5;
+        const float t11 = s23 * t5;
+        const float t12 = s23 * t1;
+        const float t13 = t12 - t10;
+        const float t14 = c23 * t1;
+        const float t15 = t11 + t14;
+        const float t16 = s23 * c5;
+        const float t17 = c23 * c5;
+        const float t18 = c23 * t8;
+        const float t19 = t16 + t18;
+        const float t20 = s23 * t8;
+        const float t21 = t20 - t17;
+        const float t22 = c1 * t13;
+        const float t23 = s1 * t13;
+        const float t24 = s1 * t7;
+        const float t25 = t24 - t22;
+        const float t26 = c1 * t7;
+        const float t27 = t23 + t26;
+        const float t28 = s1 * t9;
+        const float t29 = s1 * t19;
+        const float t30 = c1 * t19;
+        const float t31 = t28 + t30;
+        const float t32 = c1 * t9;
+        const float t33 = t32 - t29;
+        const float t34 = t15 * t33;
+        const float t35 = t21 * t27;
+        const float t36 = t34 - t35;
+        const float t37 = t15 * t31;
+        const float t38 = t21 * t25;
+        const float t39 = t38 - t37;
+        const float t40 = t27 * t31;
+        const float t41 = t25 * t33;
+        const float t42 = t41 - t40;
+        const float t43 = t25 - t39;
+        const float t44 = t25 + t39;
+        const float t45 = puma560_f32_select_lt(t21, 0.0F, t43, t44);
+        const float t46 = -t21;
+        const float t47 = puma560_f32_select_lt(t21, 0.0F, t46, t21);
+        const float t48 = -t45;
+        const float t49 = puma560_f32_select_lt(t45, 0.0F, t48, t45);
+        const float t50 = t47 + t49;
+        const float t51 = 1.0F + t50;
+        const float t52 = t33 + t42;
+        const float t53 = t33 - t42;
+        const float t54 = t31 - t15;
+        const float t55 = t15 + t31;
+        const float t56 = t36 - t27;
+        const float t57 = t27 + t36;
+        const float t58 = -t57;
+        const float t59 = puma560_f32_select_lt(t45, 0.0F, t54, t52);
+        const float t60 = -t59;
+        const float t61 = puma560_f32_select_lt(t45, 0.0F, t55, t52);
+        const float t62 = -t61;
+        const float t63 = -t54;
+        const float t64 = puma560_f32_select_lt(t45, 0.0F, t53, t63);
+        const float t65 = -t55;
+        const float t66 = puma560_f32_select_lt(t45, 0.0F, t53, t65);
+        const float t67 = puma560_f32_select_lt(t45, 0.0F, t56, t51);
+        const float t68 = puma560_f32_select_lt(t21, 0.0F, t60, t67);
+        const float t69 = puma560_f32_select_lt(t45, 0.0F, t51, t56);
+        const float t70 = puma560_f32_select_lt(t21, 0.0F, t66, t69);
+        const float t71 = puma560_f32_select_lt(t45, 0.0F, t58, t51);
+        const float t72 = puma560_f32_select_lt(t21, 0.0F, t71, t62);
+        const float t73 = puma560_f32_select_lt(t45, 0.0F, t51, t58);
+        const float t74 = puma560_f32_select_lt(t21, 0.0F, t73, t64);
+        const float t75 = puma560_f32_sqrt(t51);
+        const float t76 = 1.0F / t75;
+        const float t77 = t76 * 0.5F;
+        const float t78 = -t77;
+        const float t79 = puma560_f32_select_lt(t74, 0.0F, t78, t77);
+        const float t80 = puma560_f32_select_lt(0.0F, t72, t77, t79);
+        const float t81 = puma560_f32_select_lt(t72, 0.0F, t78, t80);
+        const float t82 = puma560_f32_select_lt(0.0F, t68, t77, t81);
+        const float t83 = puma560_f32_select_lt(t68, 0.0F, t78, t82);
+        const float t84 = t68 * t83;
+        t[0 * t_row + i] = t84;
+        const float t85 = t72 * t83;
+        t[1 * t_row + i] = t85;
+        const float t86 = t74 * t83;
+        t[2 * t_row + i] = t86;
+        const float t87 = t70 * t83;
+        t[3 * t_row + i] = t87;
+    }
+}
+
+void puma560_f32_quaternion_wxyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *quaternion_wxyz, ptrdiff_t quaternion_wxyz_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[4][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (quaternion_wxyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = quaternion_wxyz + begin;
+            puma560_f32_quaternion_wxyz_tile(q + begin, 1, q_joint, to, quaternion_wxyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_quaternion_wxyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 4, count, quaternion_wxyz + first, quaternion_wxyz_stride);
+        } else {
+            store_numbers(results, 4, count, quaternion_wxyz + first * quaternion_wxyz_stride, quaternion_wxyz_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_quaternion_xyzw_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * c6;
+        const float t1 = s5 * c6;
+        const float t2 = s4 * s6;
+        const float t3 = c4 * s6;
+        const float t4 = c4 * t0;
+        const float t5 = t4 - t2;
+        const float t6 = s4 * t0;
+        const float t7 = t6 + t3;
+        const float t8 = c4 * s5;
+        const float t9 = s4 * s5;
+        const float t10 = c23 * t5;
+        const float t11 = s23 * t5;
+        const float t12 = s23 * t1;
+        const float t13 = t12 - t10;
+        const float t14 = c23 * t1;
+        const float t15 = t11 + t14;
+        const float t16 = s23 * c5;
+        const float t17 = c23 * c5;
+        const float t18 = c23 * t8;
+        const float t19 = t16 + t18;
+        const float t20 = s23 * t8;
+        const float t21 = t20 - t17;
+        const float t22 = c1 * t13;
+        const float t23 = s1 * t13;
+        const float t24 = s1 * t7;
+        const float t25 = t24 - t22;
+        const float t26 = c1 * t7;
+        const float t27 = t23 + t26;
+        const float t28 = s1 * t9;
+        const float t29 = s1 * t19;
+        const float t30 = c1 * t19;
+        const float t31 = t28 + t30;
+        const float t32 = c1 * t9;
+        const float t33 = t32 - t29;
+        const float t34 = t15 * t33;
+        const float t35 = t21 * t27;
+        const float t36 = t34 - t35;
+        const float t37 = t15 * t31;
+        const float t38 = t21 * t25;
+        const float t39 = t38 - t37;
+        const float t40 = t27 * t31;
+        const float t41 = t25 * t33;
+        const float t42 = t41 - t40;
+        const float t43 = t25 - t39;
+        const float t44 = t25 + t39;
+        const float t45 = puma560_f32_select_lt(t21, 0.0F, t43, t44);
+        const float t46 = -t21;
+        const float t47 = puma560_f32_select_lt(t21, 0.0F, t46, t21);
+        const float t48 = -t45;
+        const float t49 = puma560_f32_select_lt(t45, 0.0F, t48, t45);
+        const float t50 = t47 + t49;
+        const float t51 = 1.0F + t50;
+        const float t52 = t33 + t42;
+        const float t53 = t33 - t42;
+        const float t54 = t31 - t15;
+        const float t55 = t15 + t31;
+        const float t56 = t36 - t27;
+        const float t57 = t27 + t36;
+        const float t58 = -t57;
+        const float t59 = puma560_f32_select_lt(t45, 0.0F, t54, t52);
+        const float t60 = -t59;
+        const float t61 = puma560_f32_select_lt(t45, 0.0F, t55, t52);
+        const float t62 = -t61;
+        const float t63 = -t54;
+        const float t64 = puma560_f32_select_lt(t45, 0.0F, t53, t63);
+        const float t65 = -t55;
+        const float t66 = puma560_f32_select_lt(t45, 0.0F, t53, t65);
+        const float t67 = puma560_f32_select_lt(t45, 0.0F, t56, t51);
+        const float t68 = puma560_f32_select_lt(t21, 0.0F, t60, t67);
+        const float t69 = puma560_f32_select_lt(t45, 0.0F, t51, t56);
+        const float t70 = puma560_f32_select_lt(t21, 0.0F, t66, t69);
+        const float t71 = puma560_f32_select_lt(t45, 0.0F, t58, t51);
+        const float t72 = puma560_f32_select_lt(t21, 0.0F, t71, t62);
+        const float t73 = puma560_f32_select_lt(t45, 0.0F, t51, t58);
+        const float t74 = puma560_f32_select_lt(t21, 0.0F, t73, t64);
+        const float t75 = puma560_f32_sqrt(t51);
+        const float t76 = 1.0F / t75;
+        const float t77 = t76 * 0.5F;
+        const float t78 = -t77;
+        const float t79 = puma560_f32_select_lt(t74, 0.0F, t78, t77);
+        const float t80 = puma560_f32_select_lt(0.0F, t72, t77, t79);
+        const float t81 = puma560_f32_select_lt(t72, 0.0F, t78, t80);
+        const float t82 = puma560_f32_select_lt(0.0F, t68, t77, t81);
+        const float t83 = puma560_f32_select_lt(t68, 0.0F, t78, t82);
+        const float t84 = t68 * t83;
+        t[3 * t_row + i] = t84;
+        const float t85 = t72 * t83;
+        t[0 * t_row + i] = t85;
+        const float t86 = t74 * t83;
+        t[1 * t_row + i] = t86;
+        const float t87 = t70 * t83;
+        t[2 * t_row + i] = t87;
+    }
+}
+
+void puma560_f32_quaternion_xyzw_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *quaternion_xyzw, ptrdiff_t quaternion_xyzw_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[4][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (quaternion_xyzw_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = quaternion_xyzw + begin;
+            puma560_f32_quaternion_xyzw_tile(q + begin, 1, q_joint, to, quaternion_xyzw_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_quaternion_xyzw_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 4, count, quaternion_xyzw + first, quaternion_xyzw_stride);
+        } else {
+            store_numbers(results, 4, count, quaternion_xyzw + first * quaternion_xyzw_stride, quaternion_xyzw_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_rpy_zyx_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * s6;
+        const float t1 = s5 * s6;
+        const float t2 = s4 * c6;
+        const float t3 = c4 * c6;
+        const float t4 = c4 * t0;
+        const float t5 = t2 + t4;
+        const float t6 = s4 * t0;
+        const float t7 = t6 - t3;
+        const float t8 = c4 * s5;
+        const float t9 = s4 * s5;
+        const float t10 = c23 * t5;
+        const float t11 = s23 * t5;
+        const float t12 = s23 * t1;
+        const float t13 = t12 - t10;
+        const float t14 = c23 * t1;
+        const float t15 = t11 + t14;
+        const float t16 = t15 * t15;
+        const float t17 = s23 * c5;
+        const float t18 = c23 * c5;
+        const float t19 = c23 * t8;
+        const float t20 = t17 + t19;
+        const float t21 = s23 * t8;
+        const float t22 = t21 - t18;
+        const float t23 = t22 * t22;
+        const float t24 = t16 + t23;
+        const float t25 = c1 * t13;
+        const float t26 = s1 * t13;
+        const float t27 = s1 * t7;
+        const float t28 = t27 - t25;
+        const float t29 = c1 * t7;
+        const float t30 = t26 + t29;
+        const float t31 = s1 * t9;
+        const float t32 = s1 * t20;
+        const float t33 = c1 * t20;
+        const float t34 = t31 + t33;
+        const float t35 = c1 * t9;
+        const float t36 = t35 - t32;
+        const float t37 = t30 * t34;
+        const float t38 = t28 * t36;
+        const float t39 = t38 - t37;
+        const float t40 = puma560_f32_sqrt(t24);
+        const float t41 = puma560_f32_select_lt(0.0F, t40, t40, 1.0F);
+        const float t42 = 1.0F / t41;
+        const float t43 = t15 * t42;
+        const float t44 = t22 * t42;
+        const float t45 = puma560_f32_select_lt(0.0F, t40, t44, 1.0F);
+        const float t46 = t34 * t43;
+        const float t47 = t36 * t43;
+        const float t48 = t28 * t45;
+        const float t49 = t48 - t46;
+        const float t50 = t30 * t45;
+        const float t51 = t50 - t47;
+        const float t52 = puma560_f32_atan2(t43, t45);
+        t[0 * t_row + i] = t52;
+        const float t53 = puma560_f32_atan2(t39, t40);
+        t[1 * t_row + i] = t53;
+        const float t54 = puma560_f32_atan2(t49, t51);
+        t[2 * t_row + i] = t54;
+    }
+}
+
+void puma560_f32_rpy_zyx_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *rpy_zyx, ptrdiff_t rpy_zyx_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (rpy_zyx_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = rpy_zyx + begin;
+            puma560_f32_rpy_zyx_tile(q + begin, 1, q_joint, to, rpy_zyx_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_rpy_zyx_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, rpy_zyx + first, rpy_zyx_stride);
+        } else {
+            store_numbers(results, 3, count, rpy_zyx + first * rpy_zyx_stride, rpy_zyx_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_rpy_xyz_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * c6;
+        const float t1 = c5 * s6;
+        const float t2 = s5 * c6;
+        const float t3 = s5 * s6;
+        const float t4 = s4 * s6;
+        const float t5 = c4 * s6;
+        const float t6 = c4 * t0;
+        const float t7 = t6 - t4;
+        const float t8 = s4 * t0;
+        const float t9 = t8 + t5;
+        const float t10 = s4 * c6;
+        const float t11 = c4 * c6;
+        const float t12 = c4 * t1;
+        const float t13 = t10 + t12;
+        const float t14 = s4 * t1;
+        const float t15 = t14 - t11;
+        const float t16 = c23 * t7;
+        const float t17 = s23 * t7;
+        const float t18 = s23 * t2;
+        const float t19 = t18 - t16;
+        const float t20 = c23 * t2;
+        const float t21 = t17 + t20;
+        const float t22 = c23 * t13;
+        const float t23 = s23 * t13;
+        const float t24 = s23 * t3;
+        const float t25 = t24 - t22;
+        const float t26 = c23 * t3;
+        const float t27 = t23 + t26;
+        const float t28 = c1 * t19;
+        const float t29 = s1 * t19;
+        const float t30 = s1 * t9;
+        const float t31 = t30 - t28;
+        const float t32 = c1 * t9;
+        const float t33 = t29 + t32;
+        const float t34 = t27 * t33;
+        const float t35 = t31 * t31;
+        const float t36 = s1 * t15;
+        const float t37 = s1 * t25;
+        const float t38 = c1 * t25;
+        const float t39 = t36 - t38;
+        const float t40 = c1 * t15;
+        const float t41 = t37 + t40;
+        const float t42 = t21 * t41;
+        const float t43 = t42 - t34;
+        const float t44 = t39 * t39;
+        const float t45 = t35 + t44;
+        const float t46 = puma560_f32_sqrt(t45);
+        const float t47 = puma560_f32_select_lt(0.0F, t46, t46, 1.0F);
+        const float t48 = 1.0F / t47;
+        const float t49 = t39 * t48;
+        const float t50 = t31 * t48;
+        const float t51 = puma560_f32_select_lt(0.0F, t46, t50, 1.0F);
+        const float t52 = t21 * t49;
+        const float t53 = t33 * t49;
+        const float t54 = t27 * t51;
+        const float t55 = t54 - t52;
+        const float t56 = t41 * t51;
+        const float t57 = t56 - t53;
+        const float t58 = puma560_f32_atan2(t55, t57);
+        t[0 * t_row + i] = t58;
+        const float t59 = puma560_f32_atan2(t43, t46);
+        t[1 * t_row + i] = t59;
+        const float t60 = puma560_f32_atan2(t49, t51);
+        t[2 * t_row + i] = t60;
+    }
+}
+
+void puma560_f32_rpy_xyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *rpy_xyz, ptrdiff_t rpy_xyz_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (rpy_xyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = rpy_xyz + begin;
+            puma560_f32_rpy_xyz_tile(q + begin, 1, q_joint, to, rpy_xyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_rpy_xyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, rpy_xyz + first, rpy_xyz_stride);
+        } else {
+            store_numbers(results, 3, count, rpy_xyz + first * rpy_xyz_stride, rpy_xyz_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_euler_zyz_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * c6;
+        const float t1 = c5 * s6;
+        const float t2 = s5 * c6;
+        const float t3 = s5 * s6;
+        const float t4 = s4 * s6;
+        const float t5 = c4 * s6;
+        const float t6 = c4 * t0;
+        const float t7 = t6 - t4;
+        const float t8 = s4 * t0;
+        const float t9 = t8 + t5;
+        const float t10 = s4 * c6;
+        const float t11 = c4 * c6;
+        const float t12 = c4 * t1;
+        const float t13 = t10 + t12;
+        const float t14 = s4 * t1;
+        const float t15 = t14 - t11;
+        const float t16 = c23 * t7;
+        const float t17 = s23 * t7;
+        const float t18 = s23 * t2;
+        const float t19 = t18 - t16;
+        const float t20 = c23 * t2;
+        const float t21 = t17 + t20;
+        const float t22 = t21 * t21;
+        const float t23 = c23 * t13;
+        const float t24 = s23 * t13;
+        const float t25 = s23 * t3;
+        const float t26 = t25 - t23;
+        const float t27 = c23 * t3;
+        const float t28 = t24 + t27;
+        const float t29 = t28 * t28;
+        const float t30 = t22 + t29;
+        const float t31 = c1 * t19;
+        const float t32 = s1 * t19;
+        const float t33 = s1 * t9;
+        const float t34 = t31 - t33;
+        const float t35 = c1 * t9;
+        const float t36 = t32 + t35;
+        const float t37 = s1 * t15;
+        const float t38 = s1 * t26;
+        const float t39 = c1 * t26;
+        const float t40 = t39 - t37;
+        const float t41 = c1 * t15;
+        const float t42 = t38 + t41;
+        const float t43 = t34 * t42;
+        const float t44 = t36 * t40;
+        const float t45 = t44 - t43;
+        const float t46 = puma560_f32_sqrt(t30);
+        const float t47 = puma560_f32_select_lt(0.0F, t46, t46, 1.0F);
+        const float t48 = 1.0F / t47;
+        const float t49 = t28 * t48;
+        const float t50 = t21 * t48;
+        const float t51 = puma560_f32_select_lt(0.0F, t46, t50, 1.0F);
+        const float t52 = t34 * t49;
+        const float t53 = t36 * t49;
+        const float t54 = t40 * t51;
+        const float t55 = t52 - t54;
+        const float t56 = t42 * t51;
+        const float t57 = t56 - t53;
+        const float t58 = puma560_f32_atan2(t55, t57);
+        t[0 * t_row + i] = t58;
+        const float t59 = puma560_f32_atan2(t46, t45);
+        t[1 * t_row + i] = t59;
+        const float t60 = puma560_f32_atan2(t49, t51);
+        t[2 * t_row + i] = t60;
+    }
+}
+
+void puma560_f32_euler_zyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *euler_zyz, ptrdiff_t euler_zyz_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (euler_zyz_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = euler_zyz + begin;
+            puma560_f32_euler_zyz_tile(q + begin, 1, q_joint, to, euler_zyz_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_euler_zyz_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, euler_zyz + first, euler_zyz_stride);
+        } else {
+            store_numbers(results, 3, count, euler_zyz + first * euler_zyz_stride, euler_zyz_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_axis_angle_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c5 * c6;
+        const float t1 = s5 * c6;
+        const float t2 = s4 * s6;
+        const float t3 = c4 * s6;
+        const float t4 = c4 * t0;
+        const float t5 = t4 - t2;
+        const float t6 = s4 * t0;
+        const float t7 = t6 + t3;
+        const float t8 = c4 * s5;
+        const float t9 = s4 * s5;
+        const float t10 = c23 * t5;
+        const float t11 = s23 * t5;
+        const float t12 = s23 * t1;
+        const float t13 = t12 - t10;
+        const float t14 = c23 * t1;
+        const float t15 = t11 + t14;
+        const float t16 = s23 * c5;
+        const float t17 = c23 * c5;
+        const float t18 = c23 * t8;
+        const float t19 = t16 + t18;
+        const float t20 = s23 * t8;
+        const float t21 = t20 - t17;
+        const float t22 = c1 * t13;
+        const float t23 = s1 * t13;
+        const float t24 = s1 * t7;
+        const float t25 = t24 - t22;
+        const float t26 = c1 * t7;
+        const float t27 = t23 + t26;
+        const float t28 = s1 * t9;
+        const float t29 = s1 * t19;
+        const float t30 = c1 * t19;
+        const float t31 = t28 + t30;
+        const float t32 = c1 * t9;
+        const float t33 = t32 - t29;
+        const float t34 = t15 * t33;
+        const float t35 = t21 * t27;
+        const float t36 = t34 - t35;
+        const float t37 = t15 * t31;
+        const float t38 = t21 * t25;
+        const float t39 = t38 - t37;
+        const float t40 = t27 * t31;
+        const float t41 = t25 * t33;
+        const float t42 = t41 - t40;
+        const float t43 = t25 - t39;
+        const float t44 = t25 + t39;
+        const float t45 = puma560_f32_select_lt(t21, 0.0F, t43, t44);
+        const float t46 = -t21;
+        const float t47 = puma560_f32_select_lt(t21, 0.0F, t46, t21);
+        const float t48 = -t45;
+        const float t49 = puma560_f32_select_lt(t45, 0.0F, t48, t45);
+        const float t50 = t47 + t49;
+        const float t51 = 1.0F + t50;
+        const float t52 = t33 + t42;
+        const float t53 = t33 - t42;
+        const float t54 = t31 - t15;
+        const float t55 = t15 + t31;
+        const float t56 = t36 - t27;
+        const float t57 = t27 + t36;
+        const float t58 = -t57;
+        const float t59 = puma560_f32_select_lt(t45, 0.0F, t54, t52);
+        const float t60 = -t59;
+        const float t61 = puma560_f32_select_lt(t45, 0.0F, t55, t52);
+        const float t62 = -t61;
+        const float t63 = -t54;
+        const float t64 = puma560_f32_select_lt(t45, 0.0F, t53, t63);
+        const float t65 = -t55;
+        const float t66 = puma560_f32_select_lt(t45, 0.0F, t53, t65);
+        const float t67 = puma560_f32_select_lt(t45, 0.0F, t56, t51);
+        const float t68 = puma560_f32_select_lt(t21, 0.0F, t60, t67);
+        const float t69 = puma560_f32_select_lt(t45, 0.0F, t51, t56);
+        const float t70 = puma560_f32_select_lt(t21, 0.0F, t66, t69);
+        const float t71 = puma560_f32_select_lt(t45, 0.0F, t58, t51);
+        const float t72 = puma560_f32_select_lt(t21, 0.0F, t71, t62);
+        const float t73 = puma560_f32_select_lt(t45, 0.0F, t51, t58);
+        const float t74 = puma560_f32_select_lt(t21, 0.0F, t73, t64);
+        const float t75 = puma560_f32_sqrt(t51);
+        const float t76 = 1.0F / t75;
+        const float t77 = t76 * 0.5F;
+        const float t78 = -t77;
+        const float t79 = puma560_f32_select_lt(t74, 0.0F, t78, t77);
+        const float t80 = puma560_f32_select_lt(0.0F, t72, t77, t79);
+        const float t81 = puma560_f32_select_lt(t72, 0.0F, t78, t80);
+        const float t82 = puma560_f32_select_lt(0.0F, t68, t77, t81);
+        const float t83 = puma560_f32_select_lt(t68, 0.0F, t78, t82);
+        const float t84 = t68 * t83;
+        const float t85 = t72 * t83;
+        const float t86 = t74 * t83;
+        const float t87 = t70 * t83;
+        const float t88 = t85 * t85;
+        const float t89 = t86 * t86;
+        const float t90 = t88 + t89;
+        const float t91 = t87 * t87;
+        const float t92 = t91 + t90;
+        const float t93 = puma560_f32_sqrt(t92);
+        const float t94 = puma560_f32_select_lt(0.0F, t93, t93, 1.0F);
+        const float t95 = 1.0F / t94;
+        const float t96 = puma560_f32_atan2(t93, t84);
+        const float t97 = t96 * t95;
+        const float t98 = 2.0F * t97;
+        const float t99 = puma560_f32_select_lt(0.0F, t93, t98, 2.0F);
+        const float t100 = t85 * t99;
+        t[0 * t_row + i] = t100;
+        const float t101 = t86 * t99;
+        t[1 * t_row + i] = t101;
+        const float t102 = t87 * t99;
+        t[2 * t_row + i] = t102;
+    }
+}
+
+void puma560_f32_axis_angle_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *axis_angle, ptrdiff_t axis_angle_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (axis_angle_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = axis_angle + begin;
+            puma560_f32_axis_angle_tile(q + begin, 1, q_joint, to, axis_angle_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_axis_angle_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, axis_angle + first, axis_angle_stride);
+        } else {
+            store_numbers(results, 3, count, axis_angle + first * axis_angle_stride, axis_angle_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_quaternion_wxyz_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = t19 * t37;
+        const float t39 = t25 * t31;
+        const float t40 = t38 - t39;
+        const float t41 = t19 * t35;
+        const float t42 = t25 * t29;
+        const float t43 = t42 - t41;
+        const float t44 = t31 * t35;
+        const float t45 = t29 * t37;
+        const float t46 = t45 - t44;
+        const float t47 = s1 * c4;
+        const float t48 = s1 * t13;
+        const float t49 = c1 * t13;
+        const float t50 = t49 - t47;
+        const float t51 = c1 * c4;
+        const float t52 = t48 + t51;
+        const float t53 = t29 - t43;
+        const float t54 = t29 + t43;
+        const float t55 = puma560_f32_select_lt(t25, 0.0F, t53, t54);
+        const float t56 = -t25;
+        const float t57 = puma560_f32_select_lt(t25, 0.0F, t56, t25);
+        const float t58 = -t55;
+        const float t59 = puma560_f32_select_lt(t55, 0.0F, t58, t55);
+        const float t60 = t57 + t59;
+        const float t61 = 1.0F + t60;
+        const float t62 = t37 + t46;
+        const float t63 = t37 - t46;
+        const float t64 = t35 - t19;
+        const float t65 = t19 + t35;
+        const float t66 = t40 - t31;
+        const float t67 = t31 + t40;
+        const float t68 = -t67;
+        const float t69 = puma560_f32_select_lt(t55, 0.0F, t64, t62);
+        const float t70 = -t69;
+        const float t71 = puma560_f32_select_lt(t55, 0.0F, t65, t62);
+        const float t72 = -t71;
+        const float t73 = -t64;
+        const float t74 = puma560_f32_select_lt(t55, 0.0F, t63, t73);
+        const float t75 = -t65;
+        const float t76 = puma560_f32_select_lt(t55, 0.0F, t63, t75);
+        const float t77 = puma560_f32_select_lt(t55, 0.0F, t66, t61);
+        const float t78 = puma560_f32_select_lt(t25, 0.0F, t70, t77);
+        const float t79 = puma560_f32_select_lt(t55, 0.0F, t61, t66);
+        const float t80 = puma560_f32_select_lt(t25, 0.0F, t76, t79);
+        const float t81 = puma560_f32_select_lt(t55, 0.0F, t68, t61);
+        const float t82 = puma560_f32_select_lt(t25, 0.0F, t81, t72);
+        const float t83 = puma560_f32_select_lt(t55, 0.0F, t61, t68);
+        const float t84 = puma560_f32_select_lt(t25, 0.0F, t83, t74);
+        const float t85 = puma560_f32_sqrt(t61);
+        const float t86 = 1.0F / t85;
+        const float t87 = t86 * 0.5F;
+        const float t88 = -t87;
+        const float t89 = puma560_f32_select_lt(t84, 0.0F, t88, t87);
+        const float t90 = puma560_f32_select_lt(0.0F, t82, t87, t89);
+        const float t91 = puma560_f32_select_lt(t82, 0.0F, t88, t90);
+        const float t92 = puma560_f32_select_lt(0.0F, t78, t87, t91);
+        const float t93 = puma560_f32_select_lt(t78, 0.0F, t88, t92);
+        const float t94 = t78 * t93;
+        const float t95 = t82 * t93;
+        const float t96 = t84 * t93;
+        const float t97 = t80 * t93;
+        const float t98 = 0.5F * t94;
+        t[18][i] = t98;
+        const float t99 = 0.5F * t95;
+        t[12][i] = t99;
+        const float t100 = 0.5F * t96;
+        const float t101 = 0.5F * t97;
+        const float t102 = -t101;
+        t[0][i] = t102;
+        const float t103 = -t100;
+        t[6][i] = t103;
+        const float t104 = c1 * t100;
+        const float t105 = s1 * t99;
+        const float t106 = t105 - t104;
+        t[1][i] = t106;
+        t[2][i] = t106;
+        const float t107 = c23 * t101;
+        const float t108 = t0 * t99;
+        const float t109 = t107 + t108;
+        const float t110 = t1 * t100;
+        const float t111 = t110 + t109;
+        t[3][i] = t111;
+        const float t112 = t50 * t99;
+        const float t113 = t52 * t100;
+        const float t114 = t2 * t101;
+        const float t115 = t114 - t112;
+        const float t116 = t115 - t113;
+        t[4][i] = t116;
+        const float t117 = t25 * t101;
+        const float t118 = t37 * t100;
+        const float t119 = t35 * t99;
+        const float t120 = t119 - t117;
+        const float t121 = t120 - t118;
+        t[5][i] = t121;
+        const float t122 = s1 * t98;
+        const float t123 = c1 * t101;
+        const float t124 = t123 - t122;
+        t[7][i] = t124;
+        t[8][i] = t124;
+        const float t125 = t0 * t98;
+        const float t126 = t1 * t101;
+        const float t127 = c23 * t100;
+        const float t128 = t127 - t125;
+        const float t129 = t128 - t126;
+        t[9][i] = t129;
+        const float t130 = t2 * t100;
+        const float t131 = t50 * t98;
+        const float t132 = t130 + t131;
+        const float t133 = t52 * t101;
+        const float t134 = t133 + t132;
+        t[10][i] = t134;
+        const float t135 = t25 * t100;
+        const float t136 = t35 * t98;
+        const float t137 = t37 * t101;
+        const float t138 = t137 - t135;
+        const float t139 = t138 - t136;
+        t[11][i] = t139;
+        const float t140 = s1 * t101;
+        const float t141 = s1 * t100;
+        const float t142 = c1 * t98;
+        const float t143 = t140 + t142;
+        t[13][i] = t143;
+        t[14][i] = t143;
+        const float t144 = c1 * t99;
+        const float t145 = t141 + t144;
+        const float t146 = -t145;
+        t[19][i] = t146;
+        t[20][i] = t146;
+        const float t147 = c23 * t99;
+        const float t148 = c23 * t98;
+        const float t149 = t1 * t98;
+        const float t150 = t1 * t99;
+        const float t151 = t150 - t148;
+        const float t152 = t0 * t101;
+        const float t153 = t152 - t147;
+        const float t154 = t153 - t149;
+        t[15][i] = t154;
+        const float t155 = t0 * t100;
+        const float t156 = t151 - t155;
+        t[21][i] = t156;
+        const float t157 = t2 * t99;
+        const float t158 = t2 * t98;
+        const float t159 = t50 * t101;
+        const float t160 = t35 * t101;
+        const float t161 = t50 * t100;
+        const float t162 = t161 - t158;
+        const float t163 = t35 * t100;
+        const float t164 = t52 * t98;
+        const float t165 = t164 - t157;
+        const float t166 = t165 - t159;
+        t[16][i] = t166;
+        const float t167 = t52 * t99;
+        const float t168 = t162 - t167;
+        t[22][i] = t168;
+        const float t169 = t25 * t99;
+        const float t170 = t169 + t160;
+        const float t171 = t37 * t99;
+        const float t172 = t37 * t98;
+        const float t173 = t172 + t170;
+        t[17][i] = t173;
+        const float t174 = t25 * t98;
+        const float t175 = t174 - t163;
+        const float t176 = t175 - t171;
+        t[23][i] = t176;
+    }
+}
+
+void puma560_f32_quaternion_wxyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[24][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_quaternion_wxyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 24, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 24, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_quaternion_xyzw_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = t19 * t37;
+        const float t39 = t25 * t31;
+        const float t40 = t38 - t39;
+        const float t41 = t19 * t35;
+        const float t42 = t25 * t29;
+        const float t43 = t42 - t41;
+        const float t44 = t31 * t35;
+        const float t45 = t29 * t37;
+        const float t46 = t45 - t44;
+        const float t47 = s1 * c4;
+        const float t48 = s1 * t13;
+        const float t49 = c1 * t13;
+        const float t50 = t49 - t47;
+        const float t51 = c1 * c4;
+        const float t52 = t48 + t51;
+        const float t53 = t29 - t43;
+        const float t54 = t29 + t43;
+        const float t55 = puma560_f32_select_lt(t25, 0.0F, t53, t54);
+        const float t56 = -t25;
+        const float t57 = puma560_f32_select_lt(t25, 0.0F, t56, t25);
+        const float t58 = -t55;
+        const float t59 = puma560_f32_select_lt(t55, 0.0F, t58, t55);
+        const float t60 = t57 + t59;
+        const float t61 = 1.0F + t60;
+        const float t62 = t37 + t46;
+        const float t63 = t37 - t46;
+        const float t64 = t35 - t19;
+        const float t65 = t19 + t35;
+        const float t66 = t40 - t31;
+        const float t67 = t31 + t40;
+        const float t68 = -t67;
+        const float t69 = puma560_f32_select_lt(t55, 0.0F, t64, t62);
+        const float t70 = -t69;
+        const float t71 = puma560_f32_select_lt(t55, 0.0F, t65, t62);
+        const float t72 = -t71;
+        const float t73 = -t64;
+        const float t74 = puma560_f32_select_lt(t55, 0.0F, t63, t73);
+        const float t75 = -t65;
+        const float t76 = puma560_f32_select_lt(t55, 0.0F, t63, t75);
+        const float t77 = puma560_f32_select_lt(t55, 0.0F, t66, t61);
+        const float t78 = puma560_f32_select_lt(t25, 0.0F, t70, t77);
+        const float t79 = puma560_f32_select_lt(t55, 0.0F, t61, t66);
+        const float t80 = puma560_f32_select_lt(t25, 0.0F, t76, t79);
+        const float t81 = puma560_f32_select_lt(t55, 0.0F, t68, t61);
+        const float t82 = puma560_f32_select_lt(t25, 0.0F, t81, t72);
+        const float t83 = puma560_f32_select_lt(t55, 0.0F, t61, t68);
+        const float t84 = puma560_f32_select_lt(t25, 0.0F, t83, t74);
+        const float t85 = puma560_f32_sqrt(t61);
+        const float t86 = 1.0F / t85;
+        const float t87 = t86 * 0.5F;
+        const float t88 = -t87;
+        const float t89 = puma560_f32_select_lt(t84, 0.0F, t88, t87);
+        const float t90 = puma560_f32_select_lt(0.0F, t82, t87, t89);
+        const float t91 = puma560_f32_select_lt(t82, 0.0F, t88, t90);
+        const float t92 = puma560_f32_select_lt(0.0F, t78, t87, t91);
+        const float t93 = puma560_f32_select_lt(t78, 0.0F, t88, t92);
+        const float t94 = t78 * t93;
+        const float t95 = t82 * t93;
+        const float t96 = t84 * t93;
+        const float t97 = t80 * t93;
+        const float t98 = 0.5F * t94;
+        t[12][i] = t98;
+        const float t99 = 0.5F * t95;
+        t[6][i] = t99;
+        const float t100 = 0.5F * t96;
+        const float t101 = 0.5F * t97;
+        const float t102 = -t100;
+        t[0][i] = t102;
+        const float t103 = -t101;
+        t[18][i] = t103;
+        const float t104 = s1 * t98;
+        const float t105 = c1 * t101;
+        const float t106 = t105 - t104;
+        t[1][i] = t106;
+        t[2][i] = t106;
+        const float t107 = t0 * t98;
+        const float t108 = t1 * t101;
+        const float t109 = c23 * t100;
+        const float t110 = t109 - t107;
+        const float t111 = t110 - t108;
+        t[3][i] = t111;
+        const float t112 = t2 * t100;
+        const float t113 = t50 * t98;
+        const float t114 = t112 + t113;
+        const float t115 = t52 * t101;
+        const float t116 = t115 + t114;
+        t[4][i] = t116;
+        const float t117 = t25 * t100;
+        const float t118 = t35 * t98;
+        const float t119 = t37 * t101;
+        const float t120 = t119 - t117;
+        const float t121 = t120 - t118;
+        t[5][i] = t121;
+        const float t122 = s1 * t101;
+        const float t123 = c1 * t98;
+        const float t124 = t122 + t123;
+        t[7][i] = t124;
+        t[8][i] = t124;
+        const float t125 = c23 * t99;
+        const float t126 = t1 * t98;
+        const float t127 = t0 * t101;
+        const float t128 = t127 - t125;
+        const float t129 = t128 - t126;
+        t[9][i] = t129;
+        const float t130 = t2 * t99;
+        const float t131 = t50 * t101;
+        const float t132 = t52 * t98;
+        const float t133 = t132 - t130;
+        const float t134 = t133 - t131;
+        t[10][i] = t134;
+        const float t135 = t25 * t99;
+        const float t136 = t35 * t101;
+        const float t137 = t135 + t136;
+        const float t138 = t37 * t98;
+        const float t139 = t138 + t137;
+        t[11][i] = t139;
+        const float t140 = s1 * t100;
+        const float t141 = s1 * t99;
+        const float t142 = c1 * t99;
+        const float t143 = t140 + t142;
+        const float t144 = -t143;
+        t[13][i] = t144;
+        t[14][i] = t144;
+        const float t145 = c1 * t100;
+        const float t146 = t141 - t145;
+        t[19][i] = t146;
+        t[20][i] = t146;
+        const float t147 = c23 * t98;
+        const float t148 = c23 * t101;
+        const float t149 = t0 * t100;
+        const float t150 = t0 * t99;
+        const float t151 = t148 + t150;
+        const float t152 = t1 * t99;
+        const float t153 = t152 - t147;
+        const float t154 = t153 - t149;
+        t[15][i] = t154;
+        const float t155 = t1 * t100;
+        const float t156 = t155 + t151;
+        t[21][i] = t156;
+        const float t157 = t2 * t98;
+        const float t158 = t25 * t98;
+        const float t159 = t2 * t101;
+        const float t160 = t25 * t101;
+        const float t161 = t52 * t99;
+        const float t162 = t52 * t100;
+        const float t163 = t50 * t100;
+        const float t164 = t163 - t157;
+        const float t165 = t164 - t161;
+        t[16][i] = t165;
+        const float t166 = t50 * t99;
+        const float t167 = t159 - t166;
+        const float t168 = t167 - t162;
+        t[22][i] = t168;
+        const float t169 = t35 * t100;
+        const float t170 = t158 - t169;
+        const float t171 = t37 * t100;
+        const float t172 = t37 * t99;
+        const float t173 = t170 - t172;
+        t[17][i] = t173;
+        const float t174 = t35 * t99;
+        const float t175 = t174 - t160;
+        const float t176 = t175 - t171;
+        t[23][i] = t176;
+    }
+}
+
+void puma560_f32_quaternion_xyzw_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[24][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_quaternion_xyzw_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 24, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 24, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_rpy_zyx_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = t19 * t37;
+        const float t39 = t19 * t35;
+        const float t40 = t31 * t35;
+        const float t41 = t25 * t31;
+        const float t42 = t41 - t38;
+        const float t43 = t29 * t37;
+        const float t44 = t43 - t40;
+        const float t45 = t25 * t29;
+        const float t46 = t45 - t39;
+        const float t47 = t25 * t25;
+        const float t48 = t44 * t44;
+        const float t49 = t47 + t48;
+        const float t50 = s1 * c4;
+        const float t51 = s1 * t13;
+        const float t52 = c1 * t13;
+        const float t53 = t52 - t50;
+        const float t54 = c1 * c4;
+        const float t55 = t51 + t54;
+        const float t56 = puma560_f32_sqrt(t49);
+        const float t57 = puma560_f32_select_lt(0.0F, t56, t56, 1.0F);
+        const float t58 = 1.0F / t57;
+        const float t59 = t44 * t58;
+        const float t60 = t25 * t58;
+        const float t61 = puma560_f32_select_lt(0.0F, t56, t60, 1.0F);
+        const float t62 = puma560_f32_select_lt(0.0F, t56, t58, 0.0F);
+        const float t63 = t42 * t61;
+        const float t64 = t46 * t61;
+        const float t65 = t19 * t62;
+        const float t66 = t35 * t59;
+        const float t67 = t66 - t63;
+        const float t68 = t37 * t59;
+        const float t69 = t68 + t64;
+        const float t70 = s1 * t69;
+        const float t71 = s1 * t67;
+        const float t72 = c1 * t67;
+        const float t73 = t72 - t70;
+        const float t74 = t62 * t73;
+        t[1 * t_row + i] = t74;
+        t[2 * t_row + i] = t74;
+        const float t75 = t73 * t65;
+        t[13 * t_row + i] = t75;
+        t[14 * t_row + i] = t75;
+        const float t76 = c1 * t69;
+        const float t77 = t71 + t76;
+        t[7 * t_row + i] = t77;
+        t[8 * t_row + i] = t77;
+        const float t78 = t0 * t69;
+        const float t79 = t0 * t67;
+        const float t80 = t1 * t67;
+        const float t81 = t78 + t80;
+        const float t82 = t1 * t69;
+        const float t83 = t79 - t82;
+        t[9 * t_row + i] = t83;
+        const float t84 = t62 * t81;
+        const float t85 = -t84;
+        t[3 * t_row + i] = t85;
+        const float t86 = t81 * t65;
+        const float t87 = c23 + t86;
+        const float t88 = -t87;
+        t[15 * t_row + i] = t88;
+        const float t89 = t53 * t69;
+        const float t90 = t53 * t67;
+        const float t91 = t55 * t67;
+        const float t92 = t89 + t91;
+        const float t93 = t62 * t92;
+        t[4 * t_row + i] = t93;
+        const float t94 = t55 * t69;
+        const float t95 = t94 - t90;
+        t[10 * t_row + i] = t95;
+        const float t96 = t92 * t65;
+        const float t97 = t96 - t2;
+        t[16 * t_row + i] = t97;
+        const float t98 = t35 * t69;
+        const float t99 = t35 * t67;
+        const float t100 = t37 * t67;
+        const float t101 = t100 - t98;
+        const float t102 = t62 * t101;
+        t[5 * t_row + i] = t102;
+        const float t103 = t37 * t69;
+        const float t104 = t99 + t103;
+        t[11 * t_row + i] = t104;
+        const float t105 = t101 * t65;
+        const float t106 = t25 + t105;
+        t[17 * t_row + i] = t106;
+    }
+}
+
+void puma560_f32_rpy_zyx_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[18][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = jacobian + begin;
+            puma560_f32_rpy_zyx_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[0 * jacobian_stride + i] = 0.0F;
+                to[6 * jacobian_stride + i] = 0.0F;
+                to[12 * jacobian_stride + i] = 1.0F;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[0][i] = 0.0F;
+        t[6][i] = 0.0F;
+        t[12][i] = 1.0F;
+    }
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_rpy_zyx_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_rpy_xyz_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = c1 * t35;
+        const float t39 = t19 * t37;
+        const float t40 = t19 * t35;
+        const float t41 = t31 * t35;
+        const float t42 = t25 * t31;
+        const float t43 = t42 - t39;
+        const float t44 = t25 * t29;
+        const float t45 = t44 - t40;
+        const float t46 = t29 * t37;
+        const float t47 = t46 - t41;
+        const float t48 = t29 * t29;
+        const float t49 = t43 * t43;
+        const float t50 = t48 + t49;
+        const float t51 = s1 * c4;
+        const float t52 = s1 * t13;
+        const float t53 = c1 * t13;
+        const float t54 = t53 - t51;
+        const float t55 = c1 * c4;
+        const float t56 = t52 + t55;
+        const float t57 = puma560_f32_sqrt(t50);
+        const float t58 = puma560_f32_select_lt(0.0F, t57, t57, 1.0F);
+        const float t59 = 1.0F / t58;
+        const float t60 = t43 * t59;
+        const float t61 = t29 * t59;
+        const float t62 = puma560_f32_select_lt(0.0F, t57, t61, 1.0F);
+        const float t63 = puma560_f32_select_lt(0.0F, t57, t59, 0.0F);
+        const float t64 = t19 * t60;
+        const float t65 = t31 * t60;
+        const float t66 = t47 * t62;
+        const float t67 = t66 - t64;
+        const float t68 = t45 * t62;
+        const float t69 = t65 + t68;
+        const float t70 = t63 * t38;
+        const float t71 = t67 * t70;
+        const float t72 = t71 - s1;
+        t[1 * t_row + i] = t72;
+        t[2 * t_row + i] = t72;
+        const float t73 = c1 * t69;
+        t[7 * t_row + i] = t73;
+        t[8 * t_row + i] = t73;
+        const float t74 = t63 * t69;
+        t[12 * t_row + i] = t74;
+        const float t75 = c1 * t63;
+        const float t76 = t67 * t75;
+        t[13 * t_row + i] = t76;
+        t[14 * t_row + i] = t76;
+        const float t77 = -t67;
+        t[6 * t_row + i] = t77;
+        const float t78 = t35 * t63;
+        const float t79 = t69 * t78;
+        t[0 * t_row + i] = t79;
+        const float t80 = c23 * t69;
+        const float t81 = c23 * t67;
+        const float t82 = t1 * t67;
+        const float t83 = t80 + t82;
+        const float t84 = t1 * t69;
+        const float t85 = t81 - t84;
+        t[9 * t_row + i] = t85;
+        const float t86 = t78 * t83;
+        const float t87 = t0 + t86;
+        const float t88 = -t87;
+        t[3 * t_row + i] = t88;
+        const float t89 = t63 * t83;
+        const float t90 = -t89;
+        t[15 * t_row + i] = t90;
+        const float t91 = t2 * t69;
+        const float t92 = t2 * t67;
+        const float t93 = t56 * t67;
+        const float t94 = t93 - t91;
+        const float t95 = t56 * t69;
+        const float t96 = t92 + t95;
+        t[10 * t_row + i] = t96;
+        const float t97 = t63 * t94;
+        t[16 * t_row + i] = t97;
+        const float t98 = t78 * t94;
+        const float t99 = t54 + t98;
+        t[4 * t_row + i] = t99;
+        const float t100 = t25 * t69;
+        const float t101 = t25 * t67;
+        const float t102 = t37 * t67;
+        const float t103 = t100 + t102;
+        const float t104 = t37 * t69;
+        const float t105 = t104 - t101;
+        t[11 * t_row + i] = t105;
+        const float t106 = t63 * t103;
+        t[17 * t_row + i] = t106;
+        const float t107 = t78 * t103;
+        const float t108 = t107 - t35;
+        t[5 * t_row + i] = t108;
+    }
+}
+
+void puma560_f32_rpy_xyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[18][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = jacobian + begin;
+            puma560_f32_rpy_xyz_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_rpy_xyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_euler_zyz_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = t19 * t37;
+        const float t39 = t29 * t37;
+        const float t40 = t25 * t29;
+        const float t41 = t25 * t31;
+        const float t42 = t41 - t38;
+        const float t43 = t31 * t35;
+        const float t44 = t39 - t43;
+        const float t45 = t19 * t35;
+        const float t46 = t40 - t45;
+        const float t47 = t19 * t19;
+        const float t48 = t44 * t44;
+        const float t49 = t47 + t48;
+        const float t50 = s1 * c4;
+        const float t51 = s1 * t13;
+        const float t52 = c1 * t13;
+        const float t53 = t52 - t50;
+        const float t54 = c1 * c4;
+        const float t55 = t51 + t54;
+        const float t56 = puma560_f32_sqrt(t49);
+        const float t57 = puma560_f32_select_lt(0.0F, t56, t56, 1.0F);
+        const float t58 = 1.0F / t57;
+        const float t59 = t44 * t58;
+        const float t60 = t19 * t58;
+        const float t61 = puma560_f32_select_lt(0.0F, t56, t60, 1.0F);
+        const float t62 = puma560_f32_select_lt(0.0F, t56, t58, 0.0F);
+        const float t63 = t42 * t61;
+        const float t64 = t46 * t61;
+        const float t65 = t29 * t59;
+        const float t66 = t65 - t63;
+        const float t67 = t31 * t59;
+        const float t68 = t67 + t64;
+        const float t69 = s1 * t68;
+        const float t70 = s1 * t66;
+        const float t71 = c1 * t66;
+        const float t72 = t71 - t69;
+        const float t73 = c1 * t68;
+        const float t74 = t70 + t73;
+        t[7 * t_row + i] = t74;
+        t[8 * t_row + i] = t74;
+        const float t75 = t62 * t72;
+        t[13 * t_row + i] = t75;
+        t[14 * t_row + i] = t75;
+        const float t76 = t25 * t62;
+        const float t77 = t72 * t76;
+        const float t78 = -t77;
+        t[1 * t_row + i] = t78;
+        t[2 * t_row + i] = t78;
+        const float t79 = t0 * t68;
+        const float t80 = t0 * t66;
+        const float t81 = t1 * t66;
+        const float t82 = t79 + t81;
+        const float t83 = t1 * t68;
+        const float t84 = t80 - t83;
+        t[9 * t_row + i] = t84;
+        const float t85 = t76 * t82;
+        const float t86 = t85 - c23;
+        t[3 * t_row + i] = t86;
+        const float t87 = t62 * t82;
+        const float t88 = -t87;
+        t[15 * t_row + i] = t88;
+        const float t89 = t53 * t68;
+        const float t90 = t53 * t66;
+        const float t91 = t55 * t66;
+        const float t92 = t89 + t91;
+        const float t93 = t55 * t68;
+        const float t94 = t93 - t90;
+        t[10 * t_row + i] = t94;
+        const float t95 = t62 * t92;
+        t[16 * t_row + i] = t95;
+        const float t96 = t76 * t92;
+        const float t97 = t2 + t96;
+        const float t98 = -t97;
+        t[4 * t_row + i] = t98;
+        const float t99 = t35 * t68;
+        const float t100 = t35 * t66;
+        const float t101 = t37 * t66;
+        const float t102 = t101 - t99;
+        const float t103 = t37 * t68;
+        const float t104 = t100 + t103;
+        t[11 * t_row + i] = t104;
+        const float t105 = t62 * t102;
+        t[17 * t_row + i] = t105;
+        const float t106 = t76 * t102;
+        const float t107 = t25 - t106;
+        t[5 * t_row + i] = t107;
+    }
+}
+
+void puma560_f32_euler_zyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[18][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (q_pose == 1) && (jacobian_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = jacobian + begin;
+            puma560_f32_euler_zyz_jacobian_tile(q + begin, 1, q_joint, to, jacobian_stride);
+            for (int i = 0; i < TILE; i++) {
+                to[0 * jacobian_stride + i] = 1.0F;
+                to[6 * jacobian_stride + i] = 0.0F;
+                to[12 * jacobian_stride + i] = 0.0F;
+            }
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q + (ptrdiff_t)begin * q_pose, q_pose, q_joint, n - begin, q_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[0][i] = 1.0F;
+        t[6][i] = 0.0F;
+        t[12][i] = 0.0F;
+    }
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_euler_zyz_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_axis_angle_jacobian_tile(const float *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        float s1;
+        float c1;
+        puma560_f32_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        float s23;
+        float c23;
+        puma560_f32_sincos(q23, &s23, &c23);
+        float s4;
+        float c4;
+        puma560_f32_sincos(q[i * q_pose + 3 * q_joint], &s4, &c4);
+        float s5;
+        float c5;
+        puma560_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        float s6;
+        float c6;
+        puma560_f32_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const float t0 = c1 * s23;
+        const float t1 = s1 * s23;
+        const float t2 = s23 * s4;
+        const float t3 = c5 * c6;
+        const float t4 = s5 * c6;
+        const float t5 = s4 * s6;
+        const float t6 = c4 * s6;
+        const float t7 = c4 * t3;
+        const float t8 = t7 - t5;
+        const float t9 = s4 * t3;
+        const float t10 = t9 + t6;
+        const float t11 = c4 * s5;
+        const float t12 = s4 * s5;
+        const float t13 = c23 * s4;
+        const float t14 = c23 * t8;
+        const float t15 = s23 * t8;
+        const float t16 = s23 * t4;
+        const float t17 = t16 - t14;
+        const float t18 = c23 * t4;
+        const float t19 = t15 + t18;
+        const float t20 = s23 * c5;
+        const float t21 = c23 * c5;
+        const float t22 = c23 * t11;
+        const float t23 = t20 + t22;
+        const float t24 = s23 * t11;
+        const float t25 = t24 - t21;
+        const float t26 = c1 * t17;
+        const float t27 = s1 * t17;
+        const float t28 = s1 * t10;
+        const float t29 = t28 - t26;
+        const float t30 = c1 * t10;
+        const float t31 = t27 + t30;
+        const float t32 = s1 * t12;
+        const float t33 = c1 * t12;
+        const float t34 = c1 * t23;
+        const float t35 = t32 + t34;
+        const float t36 = s1 * t23;
+        const float t37 = t33 - t36;
+        const float t38 = t19 * t37;
+        const float t39 = t25 * t31;
+        const float t40 = t38 - t39;
+        const float t41 = t19 * t35;
+        const float t42 = t25 * t29;
+        const float t43 = t42 - t41;
+        const float t44 = t31 * t35;
+        const float t45 = t29 * t37;
+        const float t46 = t45 - t44;
+        const float t47 = s1 * c4;
+        const float t48 = s1 * t13;
+        const float t49 = c1 * t13;
+        const float t50 = t49 - t47;
+        const float t51 = c1 * c4;
+        const float t52 = t48 + t51;
+        const float t53 = t29 - t43;
+        const float t54 = t29 + t43;
+        const float t55 = puma560_f32_select_lt(t25, 0.0F, t53, t54);
+        const float t56 = -t25;
+        const float t57 = puma560_f32_select_lt(t25, 0.0F, t56, t25);
+        const float t58 = -t55;
+        const float t59 = puma560_f32_select_lt(t55, 0.0F, t58, t55);
+        const float t60 = t57 + t59;
+        const float t61 = 1.0F + t60;
+        const float t62 = t37 + t46;
+        const float t63 = t37 - t46;
+        const float t64 = t35 - t19;
+        const float t65 = t19 + t35;
+        const float t66 = t40 - t31;
+        const float t67 = t31 + t40;
+        const float t68 = -t67;
+        const float t69 = puma560_f32_select_lt(t55, 0.0F, t64, t62);
+        const float t70 = -t69;
+        const float t71 = puma560_f32_select_lt(t55, 0.0F, t65, t62);
+        const float t72 = -t71;
+        const float t73 = -t64;
+        const float t74 = puma560_f32_select_lt(t55, 0.0F, t63, t73);
+        const float t75 = -t65;
+        const float t76 = puma560_f32_select_lt(t55, 0.0F, t63, t75);
+        const float t77 = puma560_f32_select_lt(t55, 0.0F, t66, t61);
+        const float t78 = puma560_f32_select_lt(t25, 0.0F, t70, t77);
+        const float t79 = puma560_f32_select_lt(t55, 0.0F, t61, t66);
+        const float t80 = puma560_f32_select_lt(t25, 0.0F, t76, t79);
+        const float t81 = puma560_f32_select_lt(t55, 0.0F, t68, t61);
+        const float t82 = puma560_f32_select_lt(t25, 0.0F, t81, t72);
+        const float t83 = puma560_f32_select_lt(t55, 0.0F, t61, t68);
+        const float t84 = puma560_f32_select_lt(t25, 0.0F, t83, t74);
+        const float t85 = puma560_f32_sqrt(t61);
+        const float t86 = 1.0F / t85;
+        const float t87 = t86 * 0.5F;
+        const float t88 = -t87;
+        const float t89 = puma560_f32_select_lt(t84, 0.0F, t88, t87);
+        const float t90 = puma560_f32_select_lt(0.0F, t82, t87, t89);
+        const float t91 = puma560_f32_select_lt(t82, 0.0F, t88, t90);
+        const float t92 = puma560_f32_select_lt(0.0F, t78, t87, t91);
+        const float t93 = puma560_f32_select_lt(t78, 0.0F, t88, t92);
+        const float t94 = t78 * t93;
+        const float t95 = t82 * t93;
+        const float t96 = t84 * t93;
+        const float t97 = t80 * t93;
+        const float t98 = t95 * t95;
+        const float t99 = t96 * t96;
+        const float t100 = t98 + t99;
+        const float t101 = t97 * t97;
+        const float t102 = t101 + t100;
+        const float t103 = puma560_f32_sqrt(t102);
+        const float t104 = puma560_f32_select_lt(0.0F, t103, t103, 1.0F);
+        const float t105 = 1.0F / t104;
+        const float t106 = t95 * t105;
+        const float t107 = t96 * t105;
+        const float t108 = t97 * t105;
+        const float t109 = puma560_f32_atan2(t103, t94);
+        const float t110 = t94 * t109;
+        const float t111 = t109 * t105;
+        const float t112 = t105 * t110;
+        const float t113 = 2.0F * t111;
+        const float t114 = puma560_f32_select_lt(0.0F, t103, t113, 2.0F);
+        const float t115 = puma560_f32_select_lt(0.0F, t103, t112, 1.0F);
+        const float t116 = t95 * t114;
+        const float t117 = t96 * t114;
+        const float t118 = t97 * t114;
+        const float t119 = 0.5F * t116;
+        const float t120 = 0.5F * t117;
+        const float t121 = 0.5F * t118;
+        const float t122 = t115 - 1.0F;
+        const float t123 = t106 * t122;
+        const float t124 = t107 * t122;
+        const float t125 = t108 * t122;
+        const float t126 = t107 * t123;
+        const float t127 = t106 * t123;
+        const float t128 = t106 * t125;
+        const float t129 = t115 - t127;
+        const float t130 = t107 * t124;
+        const float t131 = t108 * t124;
+        const float t132 = t108 * t125;
+        const float t133 = t115 - t130;
+        const float t134 = t115 - t132;
+        t[12][i] = t134;
+        const float t135 = t121 - t126;
+        const float t136 = t121 + t126;
+        const float t137 = t120 + t128;
+        const float t138 = t120 - t128;
+        const float t139 = -t137;
+        t[0][i] = t139;
+        const float t140 = t119 - t131;
+        t[6][i] = t140;
+        const float t141 = t119 + t131;
+        const float t142 = s1 * t129;
+        const float t143 = c1 * t135;
+        const float t144 = t143 - t142;
+        t[1][i] = t144;
+        t[2][i] = t144;
+        const float t145 = t0 * t129;
+        const float t146 = t1 * t135;
+        const float t147 = c23 * t137;
+        const float t148 = t147 - t145;
+        const float t149 = t148 - t146;
+        t[3][i] = t149;
+        const float t150 = t2 * t137;
+        const float t151 = t25 * t137;
+        const float t152 = t50 * t129;
+        const float t153 = t150 + t152;
+        const float t154 = t35 * t129;
+        const float t155 = t52 * t135;
+        const float t156 = t155 + t153;
+        t[4][i] = t156;
+        const float t157 = t37 * t135;
+        const float t158 = t157 - t151;
+        const float t159 = t158 - t154;
+        t[5][i] = t159;
+        const float t160 = s1 * t136;
+        const float t161 = s1 * t138;
+        const float t162 = c1 * t133;
+        const float t163 = t160 + t162;
+        t[7][i] = t163;
+        t[8][i] = t163;
+        const float t164 = c1 * t141;
+        const float t165 = t161 + t164;
+        const float t166 = -t165;
+        t[13][i] = t166;
+        t[14][i] = t166;
+        const float t167 = c23 * t140;
+        const float t168 = c23 * t134;
+        const float t169 = t1 * t133;
+        const float t170 = t1 * t141;
+        const float t171 = t170 - t168;
+        const float t172 = t0 * t136;
+        const float t173 = t172 - t167;
+        const float t174 = t173 - t169;
+        t[9][i] = t174;
+        const float t175 = t0 * t138;
+        const float t176 = t171 - t175;
+        t[15][i] = t176;
+        const float t177 = t2 * t140;
+        const float t178 = t25 * t140;
+        const float t179 = t2 * t134;
+        const float t180 = t25 * t134;
+        const float t181 = t50 * t136;
+        const float t182 = t35 * t136;
+        const float t183 = t178 + t182;
+        const float t184 = t50 * t138;
+        const float t185 = t184 - t179;
+        const float t186 = t35 * t138;
+        const float t187 = t180 - t186;
+        const float t188 = t52 * t133;
+        const float t189 = t188 - t177;
+        const float t190 = t189 - t181;
+        t[10][i] = t190;
+        const float t191 = t37 * t133;
+        const float t192 = t191 + t183;
+        t[11][i] = t192;
+        const float t193 = t52 * t141;
+        const float t194 = t185 - t193;
+        t[16][i] = t194;
+        const float t195 = t37 * t141;
+        const float t196 = t187 - t195;
+        t[17][i] = t196;
+    }
+}
+
+void puma560_f32_axis_angle_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    float q_copy[6][TILE];
+    float t[18][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6(q, q_pose, q_joint, n, q_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_axis_angle_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6(q + (first + TILE) * q_pose, q_pose, q_joint, left - TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 18, count, jacobian + first, jacobian_stride);
+        } else {
+            store_numbers(results, 18, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_inverse_pose_tile(const float *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const float t1 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t2 = t0 + t1;
+        const float t3 = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t4 = t3 + t2;
+        const float t5 = -t4;
+        t[3 * t_row + i] = t5;
+        const float t6 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const float t7 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t8 = t6 + t7;
+        const float t9 = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t10 = t9 + t8;
+        const float t11 = -t10;
+        t[7 * t_row + i] = t11;
+        const float t12 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 3 * a_T_b_joint];
+        const float t13 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t14 = t12 + t13;
+        const float t15 = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t16 = t15 + t14;
+        const float t17 = -t16;
+        t[11 * t_row + i] = t17;
+        t[0 * t_row + i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[1 * t_row + i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[2 * t_row + i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[4 * t_row + i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[5 * t_row + i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[6 * t_row + i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[8 * t_row + i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[9 * t_row + i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[10 * t_row + i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+    }
+}
+
+void puma560_f32_inverse_pose_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float *b_T_a, ptrdiff_t b_T_a_stride, int layout)
+{
+    float a_T_b_copy[12][TILE];
+    float t[12][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (a_T_b_pose == 1) && (b_T_a_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = b_T_a + begin;
+            puma560_f32_inverse_pose_tile(a_T_b + begin, 1, a_T_b_joint, to, b_T_a_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16(a_T_b + (ptrdiff_t)begin * a_T_b_pose, a_T_b_pose, a_T_b_joint, n - begin, a_T_b_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_inverse_pose_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16(a_T_b + (first + TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - TILE, a_T_b_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 12, count, b_T_a + first, b_T_a_stride);
+        } else if (layout == 1) {
+            store_matrices(results, 1, count, b_T_a + first * b_T_a_stride, b_T_a_stride, 0);
+        } else {
+            store_matrices(results, 1, count, b_T_a + first * b_T_a_stride, b_T_a_stride, 1);
+        }
+    }
+}
+
+PUMA560_F32_INLINE void puma560_f32_transform_point_tile(const float *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const float *restrict b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, float *restrict t, ptrdiff_t t_row)
+{
+#ifdef PUMA560_F32_APART
+    PUMA560_F32_APART
+#endif
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const float t1 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] + t0;
+        const float t2 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const float t3 = t2 + t1;
+        const float t4 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const float t5 = t4 + t3;
+        t[0 * t_row + i] = t5;
+        const float t6 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const float t7 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] + t6;
+        const float t8 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const float t9 = t8 + t7;
+        const float t10 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const float t11 = t10 + t9;
+        t[1 * t_row + i] = t11;
+        const float t12 = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint] * b_p[i * b_p_pose + 0 * b_p_joint];
+        const float t13 = a_T_b[i * a_T_b_pose + 11 * a_T_b_joint] + t12;
+        const float t14 = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint] * b_p[i * b_p_pose + 1 * b_p_joint];
+        const float t15 = t14 + t13;
+        const float t16 = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint] * b_p[i * b_p_pose + 2 * b_p_joint];
+        const float t17 = t16 + t15;
+        t[2 * t_row + i] = t17;
+    }
+}
+
+void puma560_f32_transform_point_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const float *b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, float *a_p, ptrdiff_t a_p_stride, int layout)
+{
+    float a_T_b_copy[12][TILE];
+    float b_p_copy[3][TILE];
+    float t[3][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    size_t begin = 0;
+#ifdef PUMA560_F32_APART
+    if ((layout == 2) && (a_T_b_pose == 1) && (b_p_pose == 1) && (a_p_stride >= TILE)) {
+        /* Neighbours in, neighbours out: full tiles are written where they belong. */
+        for (; n - begin >= TILE; begin += TILE) {
+            float *const to = a_p + begin;
+            puma560_f32_transform_point_tile(a_T_b + begin, 1, a_T_b_joint, b_p + begin, 1, b_p_joint, to, a_p_stride);
+        }
+    }
+#endif
+    if (n == begin) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16(a_T_b + (ptrdiff_t)begin * a_T_b_pose, a_T_b_pose, a_T_b_joint, n - begin, a_T_b_copy);
+    tile_input b_p_tile = find_tile_3(b_p + (ptrdiff_t)begin * b_p_pose, b_p_pose, b_p_joint, n - begin, b_p_copy);
+    for (size_t start = begin; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_transform_point_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, b_p_tile.first, b_p_tile.pose, b_p_tile.joint, &t[0][0], TILE);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16(a_T_b + (first + TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - TILE, a_T_b_copy);
+            b_p_tile = find_tile_3(b_p + (first + TILE) * b_p_pose, b_p_pose, b_p_joint, left - TILE, b_p_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 3, count, a_p + first, a_p_stride);
+        } else {
+            store_numbers(results, 3, count, a_p + first * a_p_stride, a_p_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_adjoint_tile(const float *restrict a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t1 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        const float t2 = t1 - t0;
+        t[3][i] = t2;
+        const float t3 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t4 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        const float t5 = t3 - t4;
+        t[9][i] = t5;
+        const float t6 = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t7 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        const float t8 = t7 - t6;
+        t[15][i] = t8;
+        const float t9 = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t10 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        const float t11 = t10 - t9;
+        t[4][i] = t11;
+        const float t12 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t13 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        const float t14 = t12 - t13;
+        t[10][i] = t14;
+        const float t15 = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t16 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        const float t17 = t16 - t15;
+        t[16][i] = t17;
+        const float t18 = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t19 = a_T_b[i * a_T_b_pose + 7 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        const float t20 = t19 - t18;
+        t[5][i] = t20;
+        const float t21 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 11 * a_T_b_joint];
+        const float t22 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        const float t23 = t21 - t22;
+        t[11][i] = t23;
+        const float t24 = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 7 * a_T_b_joint];
+        const float t25 = a_T_b[i * a_T_b_pose + 3 * a_T_b_joint] * a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        const float t26 = t25 - t24;
+        t[17][i] = t26;
+        t[0][i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[1][i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[2][i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[6][i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[7][i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[8][i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[12][i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[13][i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[14][i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+        t[21][i] = a_T_b[i * a_T_b_pose + 0 * a_T_b_joint];
+        t[22][i] = a_T_b[i * a_T_b_pose + 1 * a_T_b_joint];
+        t[23][i] = a_T_b[i * a_T_b_pose + 2 * a_T_b_joint];
+        t[27][i] = a_T_b[i * a_T_b_pose + 4 * a_T_b_joint];
+        t[28][i] = a_T_b[i * a_T_b_pose + 5 * a_T_b_joint];
+        t[29][i] = a_T_b[i * a_T_b_pose + 6 * a_T_b_joint];
+        t[33][i] = a_T_b[i * a_T_b_pose + 8 * a_T_b_joint];
+        t[34][i] = a_T_b[i * a_T_b_pose + 9 * a_T_b_joint];
+        t[35][i] = a_T_b[i * a_T_b_pose + 10 * a_T_b_joint];
+    }
+}
+
+void puma560_f32_adjoint_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float *adjoint, ptrdiff_t adjoint_stride, int layout)
+{
+    float a_T_b_copy[12][TILE];
+    float t[36][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input a_T_b_tile = find_tile_12_of_16(a_T_b, a_T_b_pose, a_T_b_joint, n, a_T_b_copy);
+    for (int i = 0; i < TILE; i++) {
+        t[18][i] = 0.0F;
+        t[19][i] = 0.0F;
+        t[20][i] = 0.0F;
+        t[24][i] = 0.0F;
+        t[25][i] = 0.0F;
+        t[26][i] = 0.0F;
+        t[30][i] = 0.0F;
+        t[31][i] = 0.0F;
+        t[32][i] = 0.0F;
+    }
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_adjoint_tile(a_T_b_tile.first, a_T_b_tile.pose, a_T_b_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            a_T_b_tile = find_tile_12_of_16(a_T_b + (first + TILE) * a_T_b_pose, a_T_b_pose, a_T_b_joint, left - TILE, a_T_b_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 36, count, adjoint + first, adjoint_stride);
+        } else {
+            store_numbers(results, 36, count, adjoint + first * adjoint_stride, adjoint_stride);
+        }
+    }
+}
+
+static inline void puma560_f32_inverse_tile(const float *restrict base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, float (*restrict t)[TILE])
+{
+    for (ptrdiff_t i = 0; i < TILE; i++) {
+        const float t0 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * 0.15005F;
+        const float t1 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * 0.15005F;
+        const float t2 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint];
+        const float t3 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint];
+        const float t4 = t2 + t3;
+        const float t5 = 1.0F / t4;
+        const float t6 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint];
+        const float t7 = t6 + t4;
+        const float t8 = puma560_f32_select_lt(t7, 1e+15F, 1.0F, 0.0F);
+        const float t9 = t4 - 0.022515003F;
+        const float t10 = puma560_f32_select_lt(0.0F, t9, t9, 0.0F);
+        const float t11 = puma560_f32_select_lt((-1.1791344e-06F), t9, 1.0F, 0.0F);
+        const float t12 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint];
+        const float t13 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const float t14 = t12 + t13;
+        const float t15 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const float t16 = t15 + t14;
+        const float t17 = t16 - 1.0F;
+        const float t18 = t17 * t17;
+        const float t19 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const float t20 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const float t21 = t19 + t20;
+        const float t22 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const float t23 = t22 + t21;
+        const float t24 = t23 - 1.0F;
+        const float t25 = t24 * t24;
+        const float t26 = t18 + t25;
+        const float t27 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const float t28 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const float t29 = t27 + t28;
+        const float t30 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const float t31 = t30 + t29;
+        const float t32 = t31 * t31;
+        const float t33 = t32 + t26;
+        const float t34 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const float t35 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const float t36 = t34 - t35;
+        const float t37 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] - t36;
+        const float t38 = t37 * t37;
+        const float t39 = t38 + t33;
+        const float t40 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const float t41 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const float t42 = t40 - t41;
+        const float t43 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] - t42;
+        const float t44 = t43 * t43;
+        const float t45 = t44 + t39;
+        const float t46 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const float t47 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const float t48 = t46 - t47;
+        const float t49 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] - t48;
+        const float t50 = t49 * t49;
+        const float t51 = t50 + t45;
+        const float t52 = puma560_f32_select_lt(t51, 9e-08F, t8, 0.0F);
+        const float t53 = t52 * t11;
+        const float t54 = puma560_f32_sqrt(t10);
+        const float t55 = puma560_f32_atan2(base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint], base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint]);
+        const float t56 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * t54;
+        const float t57 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * t54;
+        const float t58 = t54 * t54;
+        const float t59 = t6 + t58;
+        const float t60 = t56 + t1;
+        const float t61 = t56 - t1;
+        const float t62 = t5 * t60;
+        const float t63 = t5 * t61;
+        const float t64 = t0 - t57;
+        const float t65 = t0 + t57;
+        const float t66 = t5 * t64;
+        const float t67 = t5 * t65;
+        const float t68 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t62;
+        const float t69 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t66;
+        const float t70 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t62;
+        const float t71 = t69 + t70;
+        const float t72 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t66;
+        const float t73 = t68 - t72;
+        const float t74 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t62;
+        const float t75 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t66;
+        const float t76 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t62;
+        const float t77 = t75 + t76;
+        const float t78 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t66;
+        const float t79 = t74 - t78;
+        const float t80 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t62;
+        const float t81 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t62;
+        const float t82 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t66;
+        const float t83 = t82 + t81;
+        const float t84 = t83 * t83;
+        const float t85 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t66;
+        const float t86 = t80 - t85;
+        const float t87 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t63;
+        const float t88 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t67;
+        const float t89 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t63;
+        const float t90 = t88 - t89;
+        const float t91 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t67;
+        const float t92 = t87 + t91;
+        const float t93 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t63;
+        const float t94 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t67;
+        const float t95 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t63;
+        const float t96 = t94 - t95;
+        const float t97 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t67;
+        const float t98 = t93 + t97;
+        const float t99 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t63;
+        const float t100 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t63;
+        const float t101 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t67;
+        const float t102 = t101 - t100;
+        const float t103 = t102 * t102;
+        const float t104 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t67;
+        const float t105 = t99 + t104;
+        const float t106 = t59 * 2.6787076F;
+        const float t107 = t59 + 0.00041209F;
+        const float t108 = t106 - 2.0000007F;
+        const float t109 = t106 - 6.092628e-07F;
+        const float t110 = t108 * t109;
+        const float t111 = t109 - 1.0F;
+        const float t112 = t107 * 6.1280276e-05F;
+        const float t113 = puma560_f32_select_lt(t110, t112, 1.0F, 0.0F);
+        const float t114 = t113 * t53;
+        const float t115 = t107 * 7.6600345e-06F;
+        const float t116 = -t110;
+        const float t117 = puma560_f32_select_lt(t115, t116, t116, 0.0F);
+        const float t118 = t109 * 0.4322769F;
+        const float t119 = t118 - 0.00047691356F;
+        const float t120 = t109 * 0.4318F;
+        const float t121 = 0.00047691356F + t120;
+        const float t122 = t121 * t121;
+        const float t123 = puma560_f32_sqrt(t117);
+        const float t124 = puma560_f32_atan2(0.15005F, t54);
+        const float t125 = puma560_f32_atan2(base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint], t54);
+        const float t126 = t123 * 0.4322769F;
+        const float t127 = t123 * 0.4318F;
+        const float t128 = t127 * t127;
+        const float t129 = t122 + t128;
+        const float t130 = t59 * t129;
+        const float t131 = t55 - t124;
+        const float t132 = t55 + t124;
+        const float t133 = t132 - 3.1415927F;
+        const float t134 = t131 - 6.2831855F;
+        const float t135 = puma560_f32_select_lt(3.1415927F, t131, t134, t131);
+        const float t136 = 6.2831855F + t135;
+        const float t137 = puma560_f32_select_lt(t135, (-3.1415927F), t136, t135);
+        t[0][i] = t137;
+        t[6][i] = t137;
+        t[12][i] = t137;
+        t[18][i] = t137;
+        const float t138 = puma560_f32_select_lt((-2.7949169F), t137, t114, 0.0F);
+        const float t139 = puma560_f32_select_lt(t137, 2.7949169F, t138, 0.0F);
+        const float t140 = 6.2831855F + t133;
+        const float t141 = puma560_f32_select_lt(t133, (-3.1415927F), t140, t133);
+        t[24][i] = t141;
+        t[30][i] = t141;
+        t[36][i] = t141;
+        t[42][i] = t141;
+        const float t142 = puma560_f32_select_lt((-2.7949169F), t141, t114, 0.0F);
+        const float t143 = puma560_f32_select_lt(t141, 2.7949169F, t142, 0.0F);
+        const float t144 = puma560_f32_atan2(t123, t111);
+        const float t145 = puma560_f32_atan2(t126, t119);
+        const float t146 = puma560_f32_sqrt(t130);
+        const float t147 = 1.0F / t146;
+        const float t148 = t121 * t147;
+        const float t149 = t127 * t147;
+        const float t150 = t148 * 0.046960637F;
+        const float t151 = t148 * 0.9988967F;
+        const float t152 = t149 * 0.046960637F;
+        const float t153 = t149 * 0.9988967F;
+        const float t154 = t150 + t153;
+        const float t155 = t150 - t153;
+        const float t156 = t151 - t152;
+        const float t157 = t151 + t152;
+        const float t158 = t54 * t154;
+        const float t159 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t154;
+        const float t160 = t54 * t156;
+        const float t161 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t156;
+        const float t162 = t161 - t158;
+        const float t163 = t158 + t161;
+        const float t164 = t160 + t159;
+        const float t165 = t160 - t159;
+        const float t166 = t54 * t155;
+        const float t167 = t54 * t157;
+        const float t168 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t155;
+        const float t169 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * t157;
+        const float t170 = t169 - t166;
+        const float t171 = t166 + t169;
+        const float t172 = t167 + t168;
+        const float t173 = t167 - t168;
+        const float t174 = t73 * t162;
+        const float t175 = t73 * t170;
+        const float t176 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t164;
+        const float t177 = t176 - t174;
+        const float t178 = t79 * t162;
+        const float t179 = t79 * t170;
+        const float t180 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t164;
+        const float t181 = t180 - t178;
+        const float t182 = t86 * t162;
+        const float t183 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t162;
+        const float t184 = t86 * t164;
+        const float t185 = t184 + t183;
+        const float t186 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t164;
+        const float t187 = t182 - t186;
+        const float t188 = t187 * t187;
+        const float t189 = t84 + t188;
+        const float t190 = puma560_f32_select_lt(t189, 1e-12F, 1.0F, t187);
+        const float t191 = puma560_f32_select_lt(t189, 1e-12F, 0.0F, t83);
+        const float t192 = t177 * t191;
+        const float t193 = t181 * t191;
+        const float t194 = t71 * t190;
+        const float t195 = t194 + t192;
+        const float t196 = t77 * t190;
+        const float t197 = t196 + t193;
+        const float t198 = t145 + t125;
+        const float t199 = t145 - t125;
+        const float t200 = 6.2831855F + t198;
+        const float t201 = -t198;
+        const float t202 = puma560_f32_select_lt(1.5707964F, t201, t200, t198);
+        const float t203 = t198 - 3.1415927F;
+        const float t204 = 6.2831855F - t202;
+        const float t205 = -t202;
+        const float t206 = puma560_f32_select_lt(4.712389F, t202, t204, t205);
+        t[1][i] = t206;
+        t[7][i] = t206;
+        const float t207 = puma560_f32_select_lt((-3.929381F), t206, t139, 0.0F);
+        const float t208 = puma560_f32_select_lt(t206, 0.78778815F, t207, 0.0F);
+        const float t209 = t144 - 1.5238184F;
+        const float t210 = t144 + 1.5238184F;
+        const float t211 = 6.2831855F + t209;
+        const float t212 = puma560_f32_select_lt(t209, (-3.1415927F), t211, t209);
+        t[2][i] = t212;
+        t[8][i] = t212;
+        t[38][i] = t212;
+        t[44][i] = t212;
+        const float t213 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t172;
+        const float t214 = t213 - t175;
+        const float t215 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t172;
+        const float t216 = t215 - t179;
+        const float t217 = t86 * t170;
+        const float t218 = t86 * t172;
+        const float t219 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t170;
+        const float t220 = t218 + t219;
+        const float t221 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t172;
+        const float t222 = t217 - t221;
+        const float t223 = t222 * t222;
+        const float t224 = t84 + t223;
+        const float t225 = puma560_f32_select_lt(t224, 1e-12F, 1.0F, t222);
+        const float t226 = puma560_f32_select_lt(t224, 1e-12F, 0.0F, t83);
+        const float t227 = t71 * t225;
+        const float t228 = t77 * t225;
+        const float t229 = t214 * t226;
+        const float t230 = t227 + t229;
+        const float t231 = t216 * t226;
+        const float t232 = t228 + t231;
+        const float t233 = t199 - 6.2831855F;
+        const float t234 = puma560_f32_select_lt(1.5707964F, t199, t233, t199);
+        const float t235 = 3.1415927F + t199;
+        const float t236 = 6.2831855F + t234;
+        const float t237 = puma560_f32_select_lt(t234, (-4.712389F), t236, t234);
+        t[13][i] = t237;
+        t[19][i] = t237;
+        const float t238 = puma560_f32_select_lt((-3.929381F), t237, t139, 0.0F);
+        const float t239 = puma560_f32_select_lt(t237, 0.78778815F, t238, 0.0F);
+        const float t240 = t210 - 6.2831855F;
+        const float t241 = puma560_f32_select_lt(3.1415927F, t210, t240, t210);
+        const float t242 = -t241;
+        t[14][i] = t242;
+        t[20][i] = t242;
+        t[26][i] = t242;
+        t[32][i] = t242;
+        const float t243 = t92 * t171;
+        const float t244 = t92 * t163;
+        const float t245 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t173;
+        const float t246 = t243 - t245;
+        const float t247 = t98 * t171;
+        const float t248 = t98 * t163;
+        const float t249 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t173;
+        const float t250 = t247 - t249;
+        const float t251 = t105 * t171;
+        const float t252 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t171;
+        const float t253 = t105 * t173;
+        const float t254 = t253 + t252;
+        const float t255 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t173;
+        const float t256 = t255 - t251;
+        const float t257 = t256 * t256;
+        const float t258 = t103 + t257;
+        const float t259 = puma560_f32_select_lt(t258, 1e-12F, 1.0F, t256);
+        const float t260 = puma560_f32_select_lt(t258, 1e-12F, 0.0F, t102);
+        const float t261 = t246 * t260;
+        const float t262 = t250 * t260;
+        const float t263 = t90 * t259;
+        const float t264 = t263 + t261;
+        const float t265 = t96 * t259;
+        const float t266 = t265 + t262;
+        const float t267 = t203 - 6.2831855F;
+        const float t268 = puma560_f32_select_lt(1.5707964F, t203, t267, t203);
+        const float t269 = 6.2831855F + t268;
+        const float t270 = puma560_f32_select_lt(t268, (-4.712389F), t269, t268);
+        t[25][i] = t270;
+        t[31][i] = t270;
+        const float t271 = puma560_f32_select_lt((-3.929381F), t270, t143, 0.0F);
+        const float t272 = puma560_f32_select_lt(t270, 0.78778815F, t271, 0.0F);
+        const float t273 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t165;
+        const float t274 = t244 - t273;
+        const float t275 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t165;
+        const float t276 = t248 - t275;
+        const float t277 = t105 * t163;
+        const float t278 = t105 * t165;
+        const float t279 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t163;
+        const float t280 = t278 + t279;
+        const float t281 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t165;
+        const float t282 = t281 - t277;
+        const float t283 = t282 * t282;
+        const float t284 = t103 + t283;
+        const float t285 = puma560_f32_select_lt(t284, 1e-12F, 1.0F, t282);
+        const float t286 = puma560_f32_select_lt(t284, 1e-12F, 0.0F, t102);
+        const float t287 = t90 * t285;
+        const float t288 = t96 * t285;
+        const float t289 = t274 * t286;
+        const float t290 = t287 + t289;
+        const float t291 = t276 * t286;
+        const float t292 = t288 + t291;
+        const float t293 = 6.2831855F + t235;
+        const float t294 = -t235;
+        const float t295 = puma560_f32_select_lt(1.5707964F, t294, t293, t235);
+        const float t296 = 6.2831855F - t295;
+        const float t297 = -t295;
+        const float t298 = puma560_f32_select_lt(4.712389F, t295, t296, t297);
+        t[37][i] = t298;
+        t[43][i] = t298;
+        const float t299 = puma560_f32_select_lt((-3.929381F), t298, t143, 0.0F);
+        const float t300 = puma560_f32_select_lt(t298, 0.78778815F, t299, 0.0F);
+        const float t301 = puma560_f32_atan2(t191, t190);
+        const float t302 = puma560_f32_atan2(t195, t197);
+        t[11][i] = t302;
+        const float t303 = puma560_f32_atan2(t226, t225);
+        const float t304 = puma560_f32_atan2(t230, t232);
+        t[23][i] = t304;
+        const float t305 = puma560_f32_atan2(t260, t259);
+        const float t306 = puma560_f32_atan2(t264, t266);
+        t[35][i] = t306;
+        const float t307 = puma560_f32_atan2(t286, t285);
+        const float t308 = puma560_f32_atan2(t290, t292);
+        t[47][i] = t308;
+        const float t309 = puma560_f32_sqrt(t189);
+        const float t310 = puma560_f32_sqrt(t224);
+        const float t311 = puma560_f32_sqrt(t258);
+        const float t312 = puma560_f32_sqrt(t284);
+        const float t313 = 3.1415927F - t302;
+        const float t314 = 3.1415927F - t304;
+        const float t315 = 3.1415927F - t306;
+        const float t316 = 3.1415927F - t308;
+        const float t317 = t301 + 6.2831855F;
+        const float t318 = puma560_f32_select_lt(t301, (-2.6179938F), t317, t301);
+        t[3][i] = t318;
+        const float t319 = t301 + 3.1415927F;
+        const float t320 = puma560_f32_select_lt((-1.9222522F), t318, t208, 0.0F);
+        const float t321 = puma560_f32_select_lt(t318, 2.9694498F, t320, 0.0F);
+        const float t322 = t313 - 6.2831855F;
+        const float t323 = puma560_f32_select_lt(3.1415927F, t313, t322, t313);
+        const float t324 = -t323;
+        t[5][i] = t324;
+        const float t325 = t319 - 6.2831855F;
+        const float t326 = puma560_f32_select_lt(3.6651914F, t319, t325, t319);
+        t[9][i] = t326;
+        const float t327 = puma560_f32_select_lt((-1.9222522F), t326, t208, 0.0F);
+        const float t328 = puma560_f32_select_lt(t326, 2.9694498F, t327, 0.0F);
+        const float t329 = 6.2831855F + t303;
+        const float t330 = puma560_f32_select_lt(t303, (-2.6179938F), t329, t303);
+        t[15][i] = t330;
+        const float t331 = 3.1415927F + t303;
+        const float t332 = puma560_f32_select_lt((-1.9222522F), t330, t239, 0.0F);
+        const float t333 = puma560_f32_select_lt(t330, 2.9694498F, t332, 0.0F);
+        const float t334 = t314 - 6.2831855F;
+        const float t335 = puma560_f32_select_lt(3.1415927F, t314, t334, t314);
+        const float t336 = -t335;
+        t[17][i] = t336;
+        const float t337 = t331 - 6.2831855F;
+        const float t338 = puma560_f32_select_lt(3.6651914F, t331, t337, t331);
+        t[21][i] = t338;
+        const float t339 = puma560_f32_select_lt((-1.9222522F), t338, t239, 0.0F);
+        const float t340 = puma560_f32_select_lt(t338, 2.9694498F, t339, 0.0F);
+        const float t341 = 6.2831855F + t305;
+        const float t342 = puma560_f32_select_lt(t305, (-2.6179938F), t341, t305);
+        t[27][i] = t342;
+        const float t343 = 3.1415927F + t305;
+        const float t344 = puma560_f32_select_lt((-1.9222522F), t342, t272, 0.0F);
+        const float t345 = puma560_f32_select_lt(t342, 2.9694498F, t344, 0.0F);
+        const float t346 = t315 - 6.2831855F;
+        const float t347 = puma560_f32_select_lt(3.1415927F, t315, t346, t315);
+        const float t348 = -t347;
+        t[29][i] = t348;
+        const float t349 = t343 - 6.2831855F;
+        const float t350 = puma560_f32_select_lt(3.6651914F, t343, t349, t343);
+        t[33][i] = t350;
+        const float t351 = puma560_f32_select_lt((-1.9222522F), t350, t272, 0.0F);
+        const float t352 = puma560_f32_select_lt(t350, 2.9694498F, t351, 0.0F);
+        const float t353 = 6.2831855F + t307;
+        const float t354 = puma560_f32_select_lt(t307, (-2.6179938F), t353, t307);
+        t[39][i] = t354;
+        const float t355 = 3.1415927F + t307;
+        const float t356 = puma560_f32_select_lt((-1.9222522F), t354, t300, 0.0F);
+        const float t357 = puma560_f32_select_lt(t354, 2.9694498F, t356, 0.0F);
+        const float t358 = t316 - 6.2831855F;
+        const float t359 = puma560_f32_select_lt(3.1415927F, t316, t358, t316);
+        const float t360 = -t359;
+        t[41][i] = t360;
+        const float t361 = t355 - 6.2831855F;
+        const float t362 = puma560_f32_select_lt(3.6651914F, t355, t361, t355);
+        t[45][i] = t362;
+        const float t363 = puma560_f32_select_lt((-1.9222522F), t362, t300, 0.0F);
+        const float t364 = puma560_f32_select_lt(t362, 2.9694498F, t363, 0.0F);
+        const float t365 = puma560_f32_atan2(t309, t185);
+        t[4][i] = t365;
+        const float t366 = puma560_f32_atan2(t310, t220);
+        t[16][i] = t366;
+        const float t367 = puma560_f32_atan2(t311, t254);
+        t[28][i] = t367;
+        const float t368 = puma560_f32_atan2(t312, t280);
+        t[40][i] = t368;
+        const float t369 = puma560_f32_select_lt((-1.7477193F), t365, t321, 0.0F);
+        const float t370 = puma560_f32_select_lt(t365, 1.7477193F, t369, 0.0F);
+        t[48][i] = t370;
+        const float t371 = puma560_f32_select_lt(t365, 1.7477193F, t328, 0.0F);
+        const float t372 = -t365;
+        t[10][i] = t372;
+        const float t373 = puma560_f32_select_lt(t372, 1.7477193F, t371, 0.0F);
+        t[49][i] = t373;
+        const float t374 = puma560_f32_select_lt((-1.7477193F), t366, t333, 0.0F);
+        const float t375 = puma560_f32_select_lt(t366, 1.7477193F, t374, 0.0F);
+        t[50][i] = t375;
+        const float t376 = puma560_f32_select_lt(t366, 1.7477193F, t340, 0.0F);
+        const float t377 = -t366;
+        t[22][i] = t377;
+        const float t378 = puma560_f32_select_lt(t377, 1.7477193F, t376, 0.0F);
+        t[51][i] = t378;
+        const float t379 = puma560_f32_select_lt((-1.7477193F), t367, t345, 0.0F);
+        const float t380 = puma560_f32_select_lt(t367, 1.7477193F, t379, 0.0F);
+        t[52][i] = t380;
+        const float t381 = puma560_f32_select_lt(t367, 1.7477193F, t352, 0.0F);
+        const float t382 = -t367;
+        t[34][i] = t382;
+        const float t383 = puma560_f32_select_lt(t382, 1.7477193F, t381, 0.0F);
+        t[53][i] = t383;
+        const float t384 = puma560_f32_select_lt((-1.7477193F), t368, t357, 0.0F);
+        const float t385 = puma560_f32_select_lt(t368, 1.7477193F, t384, 0.0F);
+        t[54][i] = t385;
+        const float t386 = puma560_f32_select_lt(t368, 1.7477193F, t364, 0.0F);
+        const float t387 = -t368;
+        t[46][i] = t387;
+        const float t388 = puma560_f32_select_lt(t387, 1.7477193F, t386, 0.0F);
+        t[55][i] = t388;
+    }
+}
+
+void puma560_f32_inverse_batch(size_t n, const float *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, float *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout)
+{
+    float base_T_tool_copy[12][TILE];
+    float t[56][TILE];
+    const float (*const results)[TILE] = (const float (*)[TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input base_T_tool_tile = find_tile_12_of_16(base_T_tool, base_T_tool_pose, base_T_tool_joint, n, base_T_tool_copy);
+    for (size_t start = 0; start < n; start += TILE) {
+        const size_t left = n - start;
+        const int count = (left < TILE) ? (int)left : TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_inverse_tile(base_T_tool_tile.first, base_T_tool_tile.pose, base_T_tool_tile.joint, t);
+        if (left > TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            base_T_tool_tile = find_tile_12_of_16(base_T_tool + (first + TILE) * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint, left - TILE, base_T_tool_copy);
+        }
+        if (layout == 2) {
+            store_rows(results, 48, count, solutions + first, solutions_stride);
+            store_truth_rows(results + 48, 8, count, valid + first, valid_stride);
+        } else {
+            store_numbers(results, 48, count, solutions + first * solutions_stride, solutions_stride);
+            store_truths(results + 48, 8, count, valid + first * valid_stride, valid_stride);
+        }
+    }
+}
+
+/* Targets that are looked at together, their solutions in rows. */
+enum { NEAREST_BLOCK = 32 };
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+PUMA560_F32_INLINE float puma560_f32_turned(const float s, const float w, const float turn, const float per_turn,
+    const float lowest, const float highest)
+{
+    /* The nearest number of turns; adding 12582912.0F rounds to an integer. */
+    const float from_lowest = (w < lowest) ? lowest : w;
+    const float aim = (from_lowest > highest) ? highest : from_lowest;
+    const float apart = aim - s;
+    const float turns = apart * per_turn;
+    const float shifted = turns + 12582912.0F;
+    const float count = shifted - 12582912.0F;
+    const float added = count * turn;
+    const float nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const float over = (nearest > highest) ? 1.0F : 0.0F;
+    const float under = (nearest < lowest) ? 1.0F : 0.0F;
+    const float fewer = count - over;
+    const float within = fewer + under;
+    const float kept = within * turn;
+    const float moved = s + kept;
+    const float not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+/* Takes one branch where its solution is nearer than the nearest so far. */
+PUMA560_F32_INLINE void puma560_f32_take_nearer(const float (*restrict s)[NEAREST_BLOCK], const uint8_t *restrict valid,
+    const float (*restrict w)[NEAREST_BLOCK], float (*restrict chosen)[NEAREST_BLOCK], float *restrict least)
+{
+    for (int i = 0; i < NEAREST_BLOCK; i++) {
+        const float moved0 = puma560_f32_turned(s[0][i], w[0][i], 6.2831855F, 0.15915494F, -2.7949169F, 2.7949169F);
+        const float apart0 = moved0 - w[0][i];
+        const float square0 = apart0 * apart0;
+        const float sum0 = square0;
+        const float moved1 = puma560_f32_turned(s[1][i], w[1][i], 6.2831855F, 0.15915494F, -3.929381F, 0.7877882F);
+        const float apart1 = moved1 - w[1][i];
+        const float square1 = apart1 * apart1;
+        const float sum1 = sum0 + square1;
+        const float moved2 = puma560_f32_turned(s[2][i], w[2][i], 6.2831855F, 0.15915494F, -3.4028235e+38F, 3.4028235e+38F);
+        const float apart2 = moved2 - w[2][i];
+        const float square2 = apart2 * apart2;
+        const float sum2 = sum1 + square2;
+        const float moved3 = puma560_f32_turned(s[3][i], w[3][i], 6.2831855F, 0.15915494F, -1.9222523F, 2.9694498F);
+        const float apart3 = moved3 - w[3][i];
+        const float square3 = apart3 * apart3;
+        const float sum3 = sum2 + square3;
+        const float moved4 = puma560_f32_turned(s[4][i], w[4][i], 6.2831855F, 0.15915494F, -1.7477193F, 1.7477193F);
+        const float apart4 = moved4 - w[4][i];
+        const float square4 = apart4 * apart4;
+        const float sum4 = sum3 + square4;
+        const float moved5 = puma560_f32_turned(s[5][i], w[5][i], 6.2831855F, 0.15915494F, -3.4028235e+38F, 3.4028235e+38F);
+        const float apart5 = moved5 - w[5][i];
+        const float square5 = apart5 * apart5;
+        const float sum5 = sum4 + square5;
+        const float distance = (valid[i] != 0U) ? sum5 : 3.4028235e+38F;
+        const float before = least[i];
+        chosen[0][i] = (distance < before) ? moved0 : chosen[0][i];
+        chosen[1][i] = (distance < before) ? moved1 : chosen[1][i];
+        chosen[2][i] = (distance < before) ? moved2 : chosen[2][i];
+        chosen[3][i] = (distance < before) ? moved3 : chosen[3][i];
+        chosen[4][i] = (distance < before) ? moved4 : chosen[4][i];
+        chosen[5][i] = (distance < before) ? moved5 : chosen[5][i];
+        least[i] = (distance < before) ? distance : before;
+    }
+}
+
+void puma560_f32_inverse_nearest_batch(size_t n, const float *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const float *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, float *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout)
+{
+    float solutions[PUMA560_BRANCHES * PUMA560_DOF][NEAREST_BLOCK];
+    uint8_t valid[PUMA560_BRANCHES][NEAREST_BLOCK];
+    float w[PUMA560_DOF][NEAREST_BLOCK];
+    float chosen[PUMA560_DOF][NEAREST_BLOCK];
+    float least[NEAREST_BLOCK];
+
+    for (size_t start = 0; start < n; start += NEAREST_BLOCK) {
+        const int count = (n - start < NEAREST_BLOCK) ? (int)(n - start) : NEAREST_BLOCK;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        puma560_f32_inverse_batch((size_t)count, base_T_tool + first * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint,
+            &solutions[0][0], NEAREST_BLOCK, &valid[0][0], NEAREST_BLOCK, 2);
+
+        /* A last block that is not full is filled up with zeros. */
+        for (int i = count; i < NEAREST_BLOCK; i++) {
+            for (int row = 0; row < PUMA560_BRANCHES * PUMA560_DOF; row++) {
+                solutions[row][i] = 0;
+            }
+            for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+                valid[branch][i] = 0;
+            }
+        }
+        for (int joint = 0; joint < PUMA560_DOF; joint++) {
+            for (int i = 0; i < NEAREST_BLOCK; i++) {
+                w[joint][i] = (i < count) ? q0[(first + i) * q0_pose + joint * q0_joint] : 0.0F;
+                chosen[joint][i] = 0.0F;
+            }
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            least[i] = 3.4028235e+38F;
+        }
+        for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+            puma560_f32_take_nearer((const float (*)[NEAREST_BLOCK])&solutions[branch * PUMA560_DOF], valid[branch],
+                (const float (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        for (int i = 0; i < count; i++) {
+            int serves = (least[i] < 3.4028235e+38F) ? 1 : 0;
+            serves = ((w[0][i] >= -628.31854F) && (w[0][i] <= 628.31854F)) ? serves : 0;
+            serves = ((w[1][i] >= -628.31854F) && (w[1][i] <= 628.31854F)) ? serves : 0;
+            serves = ((w[2][i] >= -628.31854F) && (w[2][i] <= 628.31854F)) ? serves : 0;
+            serves = ((w[3][i] >= -628.31854F) && (w[3][i] <= 628.31854F)) ? serves : 0;
+            serves = ((w[4][i] >= -628.31854F) && (w[4][i] <= 628.31854F)) ? serves : 0;
+            serves = ((w[5][i] >= -628.31854F) && (w[5][i] <= 628.31854F)) ? serves : 0;
+            const float huge = (serves == 0) ? 3.4028235e+38F : 0.0F;
+            const float infinite = huge * huge;
+            const float nothing = infinite - infinite; /* 0 or NaN */
+            const ptrdiff_t place = first + i;
+            for (int joint = 0; joint < PUMA560_DOF; joint++) {
+                q[(layout == 2) ? joint * q_stride + place : place * q_stride + joint] = chosen[joint][i] + nothing;
+            }
+            exists[(layout == 2) ? place : place * exists_stride] = (uint8_t)serves;
         }
     }
 }

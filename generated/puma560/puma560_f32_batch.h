@@ -1,4 +1,4 @@
-/* puma560_f32_batch.h - Batches: forward kinematics of puma560, single precision
+/* puma560_f32_batch.h - Batches: kinematics of puma560, single precision
  *
  * Unimation PUMA 560, frames after Craig, lengths after Corke and Armstrong-Helouvry
  *
@@ -41,6 +41,105 @@ void puma560_f32_frames_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdif
 
 /* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
 void puma560_f32_position_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
+
+/* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base. 36 numbers for each configuration. */
+void puma560_f32_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes. 36 numbers for each configuration. */
+void puma560_f32_jacobian_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Geometric Jacobian of the tool, rows linear velocity, then angular, at the origin of the base in the axes of the base. 36 numbers for each configuration. */
+void puma560_f32_jacobian_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in the axes of the base. 48 numbers for each configuration. */
+void puma560_f32_fk_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in its own axes. 48 numbers for each configuration. */
+void puma560_f32_fk_jacobian_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at the origin of the base in the axes of the base. 48 numbers for each configuration. */
+void puma560_f32_fk_jacobian_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *base_T_tool, ptrdiff_t base_T_tool_stride, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Twist of the tool, linear velocity, then angular, at its origin in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_twist_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout);
+
+/* Twist of the tool, linear velocity, then angular, at its origin in its own axes. 6 numbers for each configuration. */
+void puma560_f32_twist_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout);
+
+/* Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_twist_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *twist, ptrdiff_t twist_stride, int layout);
+
+/* Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at its origin in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_bias_acceleration_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout);
+
+/* Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at its origin in its own axes. 6 numbers for each configuration. */
+void puma560_f32_bias_acceleration_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout);
+
+/* Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at the origin of the base in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_bias_acceleration_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, float *bias_acceleration, ptrdiff_t bias_acceleration_stride, int layout);
+
+/* Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_acceleration_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout);
+
+/* Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes. 6 numbers for each configuration. */
+void puma560_f32_acceleration_local_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout);
+
+/* Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at the origin of the base in the axes of the base. 6 numbers for each configuration. */
+void puma560_f32_acceleration_world_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, const float *qd, ptrdiff_t qd_pose, ptrdiff_t qd_joint, const float *qdd, ptrdiff_t qdd_pose, ptrdiff_t qdd_joint, float *acceleration, ptrdiff_t acceleration_stride, int layout);
+
+/* Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k], rows linear velocity, then angular. 216 numbers for each configuration. */
+void puma560_f32_hessian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *hessian, ptrdiff_t hessian_stride, int layout);
+
+/* Orientation of the tool as a unit quaternion w, x, y, z with w >= 0. 4 numbers for each configuration. */
+void puma560_f32_quaternion_wxyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *quaternion_wxyz, ptrdiff_t quaternion_wxyz_stride, int layout);
+
+/* Orientation of the tool as a unit quaternion x, y, z, w with w >= 0. 4 numbers for each configuration. */
+void puma560_f32_quaternion_xyzw_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *quaternion_xyzw, ptrdiff_t quaternion_xyzw_stride, int layout);
+
+/* Orientation of the tool as roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll). 3 numbers for each configuration. */
+void puma560_f32_rpy_zyx_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *rpy_zyx, ptrdiff_t rpy_zyx_stride, int layout);
+
+/* Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw). 3 numbers for each configuration. */
+void puma560_f32_rpy_xyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *rpy_xyz, ptrdiff_t rpy_xyz_stride, int layout);
+
+/* Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi). 3 numbers for each configuration. */
+void puma560_f32_euler_zyz_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *euler_zyz, ptrdiff_t euler_zyz_stride, int layout);
+
+/* Orientation of the tool as a rotation vector: its axis times the angle in 0 to pi. 3 numbers for each configuration. */
+void puma560_f32_axis_angle_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *axis_angle, ptrdiff_t axis_angle_stride, int layout);
+
+/* Derivative of the quaternion w, x, y, z of the tool by the joint variables. 24 numbers for each configuration. */
+void puma560_f32_quaternion_wxyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Derivative of the quaternion x, y, z, w of the tool by the joint variables. 24 numbers for each configuration. */
+void puma560_f32_quaternion_xyzw_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables. 18 numbers for each configuration. */
+void puma560_f32_rpy_zyx_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables. 18 numbers for each configuration. */
+void puma560_f32_rpy_xyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables. 18 numbers for each configuration. */
+void puma560_f32_euler_zyz_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Derivative of the rotation vector of the tool by the joint variables. 18 numbers for each configuration. */
+void puma560_f32_axis_angle_jacobian_batch(size_t n, const float *q, ptrdiff_t q_pose, ptrdiff_t q_joint, float *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Inverse of a pose. 12 numbers for each configuration. */
+void puma560_f32_inverse_pose_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float *b_T_a, ptrdiff_t b_T_a_stride, int layout);
+
+/* A point of frame b, given the pose of b in a, as a point of frame a. 3 numbers for each configuration. */
+void puma560_f32_transform_point_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const float *b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, float *a_p, ptrdiff_t a_p_stride, int layout);
+
+/* Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a. 36 numbers for each configuration. */
+void puma560_f32_adjoint_batch(size_t n, const float *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, float *adjoint, ptrdiff_t adjoint_stride, int layout);
+
+/* Joint values of all branches for a pose of the tool, and which of them are solutions. 56 numbers for each configuration. */
+void puma560_f32_inverse_batch(size_t n, const float *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, float *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout);
+
+/* Of all solutions of puma560_f32_inverse the nearest one to a joint vector each, as puma560_f32_inverse_nearest has it; exists is 1 or 0. */
+void puma560_f32_inverse_nearest_batch(size_t n, const float *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const float *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, float *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout);
 
 #ifdef __cplusplus
 }

@@ -8,6 +8,7 @@
  */
 
 /* On a board: call puma560_f32_selftest() and compare with PUMA560_F32_TOLERANCE.
+ * Call puma560_f32_selftest_inverse() and compare with PUMA560_F32_INVERSE_TOLERANCE.
  * Call puma560_f32_selftest_sincos() and compare with PUMA560_F32_PAIR_TOLERANCE.
  * On a host: cc -std=c99 -DKINEGEN_SELFTEST_MAIN puma560_f32_selftest.c puma560_f32.c && ./a.out
  */
@@ -16,8 +17,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdbool.h>
+#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdio.h>
 #endif
 
@@ -61,8 +62,8 @@
 static void puma560_f32_sincos(const float x, float *s, float *c)
 {
     /* The first product overflows just beyond 12000; its infinity makes everything after it NaN. */
-    const float scaled = x * 2.83568611e+34F;
-    const float turns = scaled * 2.24502905e-35F;
+    const float scaled = x * 2.835686e+34F;
+    const float turns = scaled * 2.245029e-35F;
 
     /* k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer. */
     const float shifted = turns + 12582912.0F;
@@ -70,8 +71,8 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
 
     /* x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest. */
     const float part1 = k * 1.5703125F;
-    const float part2 = k * 0.000483751297F;
-    const float part3 = k * 7.54979013e-08F;
+    const float part2 = k * 0.0004837513F;
+    const float part3 = k * 7.54979e-08F;
     const float rough = x - part1;
     const float r0 = rough - part2;
     const float r = r0 - part3;
@@ -86,20 +87,20 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
     const float dw = up - half;
     const float rrl = r * rl;
     const float low_c = dw - rrl;
-    const float c3 = z * 2.44331695e-05F;
-    const float c2 = c3 - 0.00138873141F;
+    const float c3 = z * 2.443317e-05F;
+    const float c2 = c3 - 0.0013887314F;
     const float c2z = c2 * z;
-    const float c1 = c2z + 0.0416666456F;
+    const float c1 = c2z + 0.041666646F;
     const float zz = z * z;
     const float quartic = zz * c1;
     const float tail_c = quartic + low_c;
     const float cos_r = w + tail_c;
 
     /* sin(r0 - part3) = r0 + (r * z * S(z) - part3). */
-    const float s3 = z * -0.000195182845F;
-    const float s2 = s3 + 0.00833218917F;
+    const float s3 = z * -0.00019518285F;
+    const float s2 = s3 + 0.008332189F;
     const float s2z = s2 * z;
-    const float s1 = s2z - 0.166666552F;
+    const float s1 = s2z - 0.16666655F;
     const float rz = r * z;
     const float cubic = rz * s1;
     const float tail_s = cubic - part3;
@@ -110,10 +111,10 @@ static void puma560_f32_sincos(const float x, float *s, float *c)
     const float even_s = k + 25165824.0F;
     const float near_s = even_s - 25165824.0F;
     const float sin_k = k - near_s;
-    const float next = k + 1.0F;
-    const float even_c = next + 25165824.0F;
+    const float after = k + 1.0F;
+    const float even_c = after + 25165824.0F;
     const float near_c = even_c - 25165824.0F;
-    const float cos_k = next - near_c;
+    const float cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const float ss = sin_r * cos_k;
@@ -172,12 +173,30 @@ static float puma560_f32_worst_constant(float worst, float found, float expected
     return ((found >= expected) && (found <= expected)) ? worst : -1.0F;
 }
 
+/* The same angle, at most half a turn away from what is expected; a turn of 0 means that it is not an angle. */
+static float puma560_f32_turned(float found, float expected, float turn)
+{
+    const float difference = found - expected;
+    const float twice = difference + difference;
+    const float above = (twice > turn) ? turn : 0.0F;
+    const float below = (twice < -turn) ? turn : 0.0F;
+    return (found - above) + below;
+}
+
 float puma560_f32_selftest(void)
 {
     float worst = 0.0F;
     for (int vector = 0; vector < PUMA560_F32_VECTORS; vector++) {
         float given_q[PUMA560_DOF];
         puma560_f32_load(given_q, puma560_f32_vectors_q[vector], PUMA560_DOF);
+        float given_qd[PUMA560_DOF];
+        puma560_f32_load(given_qd, puma560_f32_vectors_qd[vector], PUMA560_DOF);
+        float given_qdd[PUMA560_DOF];
+        puma560_f32_load(given_qdd, puma560_f32_vectors_qdd[vector], PUMA560_DOF);
+        float given_a_T_b[16];
+        puma560_f32_load(given_a_T_b, puma560_f32_vectors_a_T_b[vector], 16);
+        float given_b_p[3];
+        puma560_f32_load(given_b_p, puma560_f32_vectors_b_p[vector], 3);
         {
             float base_T_tool[16];
             puma560_f32_fk(given_q, base_T_tool);
@@ -217,6 +236,382 @@ float puma560_f32_selftest(void)
                 worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_position_expected[vector][entry]), accepted);
             }
         }
+        {
+            float jacobian[36];
+            puma560_f32_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[36];
+            puma560_f32_jacobian_local(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_jacobian_local_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_jacobian_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[36];
+            puma560_f32_jacobian_world(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_jacobian_world_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_jacobian_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float base_T_tool[16];
+            float jacobian[36];
+            puma560_f32_fk_jacobian(given_q, base_T_tool, jacobian);
+            const float *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_f32_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_f32_read(&puma560_f32_fk_jacobian_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = puma560_f32_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const float *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_accepted_jacobian[entry]);
+                worst = puma560_f32_worst_part(worst, found_jacobian[entry], puma560_f32_read(&puma560_f32_fk_jacobian_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            float base_T_tool[16];
+            float jacobian[36];
+            puma560_f32_fk_jacobian_local(given_q, base_T_tool, jacobian);
+            const float *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_local_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_f32_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_f32_read(&puma560_f32_fk_jacobian_local_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = puma560_f32_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const float *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_local_accepted_jacobian[entry]);
+                worst = puma560_f32_worst_part(worst, found_jacobian[entry], puma560_f32_read(&puma560_f32_fk_jacobian_local_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            float base_T_tool[16];
+            float jacobian[36];
+            puma560_f32_fk_jacobian_world(given_q, base_T_tool, jacobian);
+            const float *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_world_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_f32_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_f32_read(&puma560_f32_fk_jacobian_world_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = puma560_f32_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const float *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_fk_jacobian_world_accepted_jacobian[entry]);
+                worst = puma560_f32_worst_part(worst, found_jacobian[entry], puma560_f32_read(&puma560_f32_fk_jacobian_world_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            float twist[6];
+            puma560_f32_twist(given_q, given_qd, twist);
+            const float *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_twist_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_twist_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float twist[6];
+            puma560_f32_twist_local(given_q, given_qd, twist);
+            const float *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_twist_local_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_twist_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float twist[6];
+            puma560_f32_twist_world(given_q, given_qd, twist);
+            const float *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_twist_world_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_twist_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float bias_acceleration[6];
+            puma560_f32_bias_acceleration(given_q, given_qd, bias_acceleration);
+            const float *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_bias_acceleration_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_bias_acceleration_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float bias_acceleration[6];
+            puma560_f32_bias_acceleration_local(given_q, given_qd, bias_acceleration);
+            const float *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_bias_acceleration_local_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_bias_acceleration_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float bias_acceleration[6];
+            puma560_f32_bias_acceleration_world(given_q, given_qd, bias_acceleration);
+            const float *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_bias_acceleration_world_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_bias_acceleration_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float acceleration[6];
+            puma560_f32_acceleration(given_q, given_qd, given_qdd, acceleration);
+            const float *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_acceleration_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_acceleration_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float acceleration[6];
+            puma560_f32_acceleration_local(given_q, given_qd, given_qdd, acceleration);
+            const float *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_acceleration_local_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_acceleration_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float acceleration[6];
+            puma560_f32_acceleration_world(given_q, given_qd, given_qdd, acceleration);
+            const float *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_acceleration_world_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_acceleration_world_expected[vector][entry]), accepted);
+            }
+        }
+        if (vector < 4) {
+            float hessian[216];
+            puma560_f32_hessian(given_q, hessian);
+            const float *const found = &hessian[0];
+            for (int entry = 0; entry < 216; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_hessian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_hessian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float quaternion_wxyz[4];
+            puma560_f32_quaternion_wxyz(given_q, quaternion_wxyz);
+            const float *const found = &quaternion_wxyz[0];
+            for (int entry = 0; entry < 4; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_quaternion_wxyz_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_quaternion_wxyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float quaternion_xyzw[4];
+            puma560_f32_quaternion_xyzw(given_q, quaternion_xyzw);
+            const float *const found = &quaternion_xyzw[0];
+            for (int entry = 0; entry < 4; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_quaternion_xyzw_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_quaternion_xyzw_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float rpy_zyx[3];
+            puma560_f32_rpy_zyx(given_q, rpy_zyx);
+            const float *const found = &rpy_zyx[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_rpy_zyx_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, puma560_f32_turned(found[entry], puma560_f32_read(&puma560_f32_rpy_zyx_expected[vector][entry]), 6.2831855F), puma560_f32_read(&puma560_f32_rpy_zyx_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float rpy_xyz[3];
+            puma560_f32_rpy_xyz(given_q, rpy_xyz);
+            const float *const found = &rpy_xyz[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_rpy_xyz_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, puma560_f32_turned(found[entry], puma560_f32_read(&puma560_f32_rpy_xyz_expected[vector][entry]), 6.2831855F), puma560_f32_read(&puma560_f32_rpy_xyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float euler_zyz[3];
+            puma560_f32_euler_zyz(given_q, euler_zyz);
+            const float *const found = &euler_zyz[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_euler_zyz_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, puma560_f32_turned(found[entry], puma560_f32_read(&puma560_f32_euler_zyz_expected[vector][entry]), 6.2831855F), puma560_f32_read(&puma560_f32_euler_zyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float axis_angle[3];
+            puma560_f32_axis_angle(given_q, axis_angle);
+            const float *const found = &axis_angle[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_axis_angle_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_axis_angle_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[24];
+            puma560_f32_quaternion_wxyz_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 24; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_quaternion_wxyz_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_quaternion_wxyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[24];
+            puma560_f32_quaternion_xyzw_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 24; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_quaternion_xyzw_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_quaternion_xyzw_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[18];
+            puma560_f32_rpy_zyx_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_rpy_zyx_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_rpy_zyx_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[18];
+            puma560_f32_rpy_xyz_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_rpy_xyz_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_rpy_xyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[18];
+            puma560_f32_euler_zyz_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_euler_zyz_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_euler_zyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float jacobian[18];
+            puma560_f32_axis_angle_jacobian(given_q, jacobian);
+            const float *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_axis_angle_jacobian_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_axis_angle_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float b_T_a[16];
+            puma560_f32_inverse_pose(given_a_T_b, b_T_a);
+            const float *const found = &b_T_a[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const float accepted = puma560_f32_read(&puma560_f32_inverse_pose_accepted[(frame * 12) + entry]);
+                    worst = puma560_f32_worst_part(worst, found[(frame * 16) + entry], puma560_f32_read(&puma560_f32_inverse_pose_expected[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const float constant = (entry == 15) ? 1.0F : 0.0F;
+                    worst = puma560_f32_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
+            }
+        }
+        {
+            float a_p[3];
+            puma560_f32_transform_point(given_a_T_b, given_b_p, a_p);
+            const float *const found = &a_p[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_transform_point_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_transform_point_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            float adjoint[36];
+            puma560_f32_adjoint(given_a_T_b, adjoint);
+            const float *const found = &adjoint[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const float accepted = puma560_f32_read(&puma560_f32_adjoint_accepted[entry]);
+                worst = puma560_f32_worst_part(worst, found[entry], puma560_f32_read(&puma560_f32_adjoint_expected[vector][entry]), accepted);
+            }
+        }
+    }
+    return worst;
+}
+
+/* How far the chosen solution is from the joint vector that it has to be nearest to; -1 if there is none, or if one is
+   chosen for a joint vector that is too far away. The first entry of wanted is overwritten. */
+static float puma560_f32_choice(const float pose[16], float wanted[PUMA560_DOF], const float *extents)
+{
+    float chosen[PUMA560_DOF];
+    float worst = (puma560_f32_inverse_nearest(pose, wanted, chosen) == 1) ? 0.0F : -1.0F;
+    for (int joint = 0; joint < PUMA560_DOF; joint++) {
+        worst = puma560_f32_worst_part(worst, chosen[joint], wanted[joint], puma560_f32_read(&extents[joint]));
+    }
+    wanted[0] = 3.4028235e+38F;
+    worst = (puma560_f32_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0F;
+    for (int joint = 0; joint < PUMA560_DOF; joint++) {
+        const bool is_number = (chosen[joint] >= 0.0F) || (chosen[joint] <= 0.0F);
+        worst = is_number ? -1.0F : worst;
+    }
+    return worst;
+}
+
+float puma560_f32_selftest_inverse(void)
+{
+    static const float turns[PUMA560_DOF] PUMA560_F32_FLASH = {6.2831855F, 6.2831855F, 6.2831855F, 6.2831855F, 6.2831855F, 6.2831855F};
+    static const float extents[PUMA560_DOF] PUMA560_F32_FLASH = {1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F};
+    float worst = 0.0F;
+    for (int target = 0; target < PUMA560_F32_TARGETS; target++) {
+        float pose[16];
+        float wanted[PUMA560_DOF];
+        puma560_f32_load(pose, puma560_f32_inverse_targets[target], 16);
+        puma560_f32_load(wanted, puma560_f32_inverse_joints[target], PUMA560_DOF);
+        float nearest = -1.0F;
+        float solutions[PUMA560_BRANCHES][PUMA560_DOF];
+        uint8_t valid[PUMA560_BRANCHES];
+        puma560_f32_inverse(pose, solutions, valid);
+        for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+            float distance = 0.0F;
+            for (int joint = 0; joint < PUMA560_DOF; joint++) {
+                const float found = solutions[branch][joint];
+                const float near = puma560_f32_turned(found, wanted[joint], puma560_f32_read(&turns[joint]));
+                distance = puma560_f32_worst_part(distance, near, wanted[joint], puma560_f32_read(&extents[joint]));
+            }
+            if ((valid[branch] != 0U) && (distance >= 0.0F) &&
+                ((nearest < 0.0F) || (distance < nearest))) {
+                nearest = distance;
+            }
+        }
+        const float apart = puma560_f32_choice(pose, wanted, extents);
+        if ((nearest >= 0.0F) && ((apart < 0.0F) || (apart > nearest))) {
+            nearest = apart;
+        }
+        if (!((worst >= 0.0F) && (nearest >= 0.0F) && (nearest <= worst))) {
+            worst = ((worst < 0.0F) || (nearest < 0.0F)) ? -1.0F : nearest;
+        }
     }
     return worst;
 }
@@ -243,10 +638,14 @@ int main(void)
     const bool right = (worst >= 0.0F) && (worst <= PUMA560_F32_TOLERANCE);
     (void)printf("puma560_f32: %d vectors, largest difference %.3g of the accepted one: %s\n", PUMA560_F32_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
+    const float off = puma560_f32_selftest_inverse();
+    const bool solved = (off >= 0.0F) && (off <= PUMA560_F32_INVERSE_TOLERANCE);
+    (void)printf("puma560_f32: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", PUMA560_F32_TARGETS,
+                 (double)off, (double)PUMA560_F32_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const float error = puma560_f32_selftest_sincos();
     const bool exact = (error >= 0.0F) && (error <= PUMA560_F32_PAIR_TOLERANCE);
     (void)printf("puma560_f32: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", PUMA560_F32_PAIRS,
                  (double)error, (double)PUMA560_F32_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
-    return (right && exact) ? 0 : 1;
+    return (right && solved && exact) ? 0 : 1;
 }
 #endif

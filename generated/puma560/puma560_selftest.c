@@ -8,6 +8,7 @@
  */
 
 /* On a board: call puma560_selftest() and compare with PUMA560_TOLERANCE.
+ * Call puma560_selftest_inverse() and compare with PUMA560_INVERSE_TOLERANCE.
  * Call puma560_selftest_sincos() and compare with PUMA560_PAIR_TOLERANCE.
  * On a host: cc -std=c99 -DKINEGEN_SELFTEST_MAIN puma560_selftest.c puma560.c && ./a.out
  */
@@ -17,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdbool.h>
+#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdio.h>
 #endif
 
@@ -96,7 +97,7 @@ static void puma560_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +134,10 @@ static void puma560_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -195,12 +196,30 @@ static double puma560_worst_constant(double worst, double found, double expected
     return ((found >= expected) && (found <= expected)) ? worst : -1.0;
 }
 
+/* The same angle, at most half a turn away from what is expected; a turn of 0 means that it is not an angle. */
+static double puma560_turned(double found, double expected, double turn)
+{
+    const double difference = found - expected;
+    const double twice = difference + difference;
+    const double above = (twice > turn) ? turn : 0.0;
+    const double below = (twice < -turn) ? turn : 0.0;
+    return (found - above) + below;
+}
+
 double puma560_selftest(void)
 {
     double worst = 0.0;
     for (int vector = 0; vector < PUMA560_VECTORS; vector++) {
         double given_q[PUMA560_DOF];
         puma560_load(given_q, puma560_vectors_q[vector], PUMA560_DOF);
+        double given_qd[PUMA560_DOF];
+        puma560_load(given_qd, puma560_vectors_qd[vector], PUMA560_DOF);
+        double given_qdd[PUMA560_DOF];
+        puma560_load(given_qdd, puma560_vectors_qdd[vector], PUMA560_DOF);
+        double given_a_T_b[16];
+        puma560_load(given_a_T_b, puma560_vectors_a_T_b[vector], 16);
+        double given_b_p[3];
+        puma560_load(given_b_p, puma560_vectors_b_p[vector], 3);
         {
             double base_T_tool[16];
             puma560_fk(given_q, base_T_tool);
@@ -240,6 +259,382 @@ double puma560_selftest(void)
                 worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_position_expected[vector][entry]), accepted);
             }
         }
+        {
+            double jacobian[36];
+            puma560_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[36];
+            puma560_jacobian_local(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_jacobian_local_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_jacobian_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[36];
+            puma560_jacobian_world(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_jacobian_world_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_jacobian_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double base_T_tool[16];
+            double jacobian[36];
+            puma560_fk_jacobian(given_q, base_T_tool, jacobian);
+            const double *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = puma560_read(&puma560_fk_jacobian_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_read(&puma560_fk_jacobian_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = puma560_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_fk_jacobian_accepted_jacobian[entry]);
+                worst = puma560_worst_part(worst, found_jacobian[entry], puma560_read(&puma560_fk_jacobian_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            double base_T_tool[16];
+            double jacobian[36];
+            puma560_fk_jacobian_local(given_q, base_T_tool, jacobian);
+            const double *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = puma560_read(&puma560_fk_jacobian_local_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_read(&puma560_fk_jacobian_local_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = puma560_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_fk_jacobian_local_accepted_jacobian[entry]);
+                worst = puma560_worst_part(worst, found_jacobian[entry], puma560_read(&puma560_fk_jacobian_local_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            double base_T_tool[16];
+            double jacobian[36];
+            puma560_fk_jacobian_world(given_q, base_T_tool, jacobian);
+            const double *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = puma560_read(&puma560_fk_jacobian_world_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = puma560_worst_part(worst, found_base_T_tool[(frame * 16) + entry], puma560_read(&puma560_fk_jacobian_world_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = puma560_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_fk_jacobian_world_accepted_jacobian[entry]);
+                worst = puma560_worst_part(worst, found_jacobian[entry], puma560_read(&puma560_fk_jacobian_world_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+        {
+            double twist[6];
+            puma560_twist(given_q, given_qd, twist);
+            const double *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_twist_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_twist_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double twist[6];
+            puma560_twist_local(given_q, given_qd, twist);
+            const double *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_twist_local_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_twist_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double twist[6];
+            puma560_twist_world(given_q, given_qd, twist);
+            const double *const found = &twist[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_twist_world_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_twist_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double bias_acceleration[6];
+            puma560_bias_acceleration(given_q, given_qd, bias_acceleration);
+            const double *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_bias_acceleration_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_bias_acceleration_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double bias_acceleration[6];
+            puma560_bias_acceleration_local(given_q, given_qd, bias_acceleration);
+            const double *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_bias_acceleration_local_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_bias_acceleration_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double bias_acceleration[6];
+            puma560_bias_acceleration_world(given_q, given_qd, bias_acceleration);
+            const double *const found = &bias_acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_bias_acceleration_world_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_bias_acceleration_world_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double acceleration[6];
+            puma560_acceleration(given_q, given_qd, given_qdd, acceleration);
+            const double *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_acceleration_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_acceleration_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double acceleration[6];
+            puma560_acceleration_local(given_q, given_qd, given_qdd, acceleration);
+            const double *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_acceleration_local_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_acceleration_local_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double acceleration[6];
+            puma560_acceleration_world(given_q, given_qd, given_qdd, acceleration);
+            const double *const found = &acceleration[0];
+            for (int entry = 0; entry < 6; entry++) {
+                const double accepted = puma560_read(&puma560_acceleration_world_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_acceleration_world_expected[vector][entry]), accepted);
+            }
+        }
+        if (vector < 4) {
+            double hessian[216];
+            puma560_hessian(given_q, hessian);
+            const double *const found = &hessian[0];
+            for (int entry = 0; entry < 216; entry++) {
+                const double accepted = puma560_read(&puma560_hessian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_hessian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double quaternion_wxyz[4];
+            puma560_quaternion_wxyz(given_q, quaternion_wxyz);
+            const double *const found = &quaternion_wxyz[0];
+            for (int entry = 0; entry < 4; entry++) {
+                const double accepted = puma560_read(&puma560_quaternion_wxyz_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_quaternion_wxyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double quaternion_xyzw[4];
+            puma560_quaternion_xyzw(given_q, quaternion_xyzw);
+            const double *const found = &quaternion_xyzw[0];
+            for (int entry = 0; entry < 4; entry++) {
+                const double accepted = puma560_read(&puma560_quaternion_xyzw_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_quaternion_xyzw_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double rpy_zyx[3];
+            puma560_rpy_zyx(given_q, rpy_zyx);
+            const double *const found = &rpy_zyx[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const double accepted = puma560_read(&puma560_rpy_zyx_accepted[entry]);
+                worst = puma560_worst_part(worst, puma560_turned(found[entry], puma560_read(&puma560_rpy_zyx_expected[vector][entry]), 6.283185307179586), puma560_read(&puma560_rpy_zyx_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double rpy_xyz[3];
+            puma560_rpy_xyz(given_q, rpy_xyz);
+            const double *const found = &rpy_xyz[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const double accepted = puma560_read(&puma560_rpy_xyz_accepted[entry]);
+                worst = puma560_worst_part(worst, puma560_turned(found[entry], puma560_read(&puma560_rpy_xyz_expected[vector][entry]), 6.283185307179586), puma560_read(&puma560_rpy_xyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double euler_zyz[3];
+            puma560_euler_zyz(given_q, euler_zyz);
+            const double *const found = &euler_zyz[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const double accepted = puma560_read(&puma560_euler_zyz_accepted[entry]);
+                worst = puma560_worst_part(worst, puma560_turned(found[entry], puma560_read(&puma560_euler_zyz_expected[vector][entry]), 6.283185307179586), puma560_read(&puma560_euler_zyz_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double axis_angle[3];
+            puma560_axis_angle(given_q, axis_angle);
+            const double *const found = &axis_angle[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const double accepted = puma560_read(&puma560_axis_angle_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_axis_angle_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[24];
+            puma560_quaternion_wxyz_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 24; entry++) {
+                const double accepted = puma560_read(&puma560_quaternion_wxyz_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_quaternion_wxyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[24];
+            puma560_quaternion_xyzw_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 24; entry++) {
+                const double accepted = puma560_read(&puma560_quaternion_xyzw_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_quaternion_xyzw_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[18];
+            puma560_rpy_zyx_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const double accepted = puma560_read(&puma560_rpy_zyx_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_rpy_zyx_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[18];
+            puma560_rpy_xyz_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const double accepted = puma560_read(&puma560_rpy_xyz_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_rpy_xyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[18];
+            puma560_euler_zyz_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const double accepted = puma560_read(&puma560_euler_zyz_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_euler_zyz_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double jacobian[18];
+            puma560_axis_angle_jacobian(given_q, jacobian);
+            const double *const found = &jacobian[0];
+            for (int entry = 0; entry < 18; entry++) {
+                const double accepted = puma560_read(&puma560_axis_angle_jacobian_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_axis_angle_jacobian_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double b_T_a[16];
+            puma560_inverse_pose(given_a_T_b, b_T_a);
+            const double *const found = &b_T_a[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = puma560_read(&puma560_inverse_pose_accepted[(frame * 12) + entry]);
+                    worst = puma560_worst_part(worst, found[(frame * 16) + entry], puma560_read(&puma560_inverse_pose_expected[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = puma560_worst_constant(worst, found[(frame * 16) + entry], constant);
+                }
+            }
+        }
+        {
+            double a_p[3];
+            puma560_transform_point(given_a_T_b, given_b_p, a_p);
+            const double *const found = &a_p[0];
+            for (int entry = 0; entry < 3; entry++) {
+                const double accepted = puma560_read(&puma560_transform_point_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_transform_point_expected[vector][entry]), accepted);
+            }
+        }
+        {
+            double adjoint[36];
+            puma560_adjoint(given_a_T_b, adjoint);
+            const double *const found = &adjoint[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = puma560_read(&puma560_adjoint_accepted[entry]);
+                worst = puma560_worst_part(worst, found[entry], puma560_read(&puma560_adjoint_expected[vector][entry]), accepted);
+            }
+        }
+    }
+    return worst;
+}
+
+/* How far the chosen solution is from the joint vector that it has to be nearest to; -1 if there is none, or if one is
+   chosen for a joint vector that is too far away. The first entry of wanted is overwritten. */
+static double puma560_choice(const double pose[16], double wanted[PUMA560_DOF], const double *extents)
+{
+    double chosen[PUMA560_DOF];
+    double worst = (puma560_inverse_nearest(pose, wanted, chosen) == 1) ? 0.0 : -1.0;
+    for (int joint = 0; joint < PUMA560_DOF; joint++) {
+        worst = puma560_worst_part(worst, chosen[joint], wanted[joint], puma560_read(&extents[joint]));
+    }
+    wanted[0] = 1.7976931348623157e+308;
+    worst = (puma560_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
+    for (int joint = 0; joint < PUMA560_DOF; joint++) {
+        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
+        worst = is_number ? -1.0 : worst;
+    }
+    return worst;
+}
+
+double puma560_selftest_inverse(void)
+{
+    static const double turns[PUMA560_DOF] PUMA560_FLASH = {6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586};
+    static const double extents[PUMA560_DOF] PUMA560_FLASH = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    double worst = 0.0;
+    for (int target = 0; target < PUMA560_TARGETS; target++) {
+        double pose[16];
+        double wanted[PUMA560_DOF];
+        puma560_load(pose, puma560_inverse_targets[target], 16);
+        puma560_load(wanted, puma560_inverse_joints[target], PUMA560_DOF);
+        double nearest = -1.0;
+        double solutions[PUMA560_BRANCHES][PUMA560_DOF];
+        uint8_t valid[PUMA560_BRANCHES];
+        puma560_inverse(pose, solutions, valid);
+        for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
+            double distance = 0.0;
+            for (int joint = 0; joint < PUMA560_DOF; joint++) {
+                const double found = solutions[branch][joint];
+                const double near = puma560_turned(found, wanted[joint], puma560_read(&turns[joint]));
+                distance = puma560_worst_part(distance, near, wanted[joint], puma560_read(&extents[joint]));
+            }
+            if ((valid[branch] != 0U) && (distance >= 0.0) &&
+                ((nearest < 0.0) || (distance < nearest))) {
+                nearest = distance;
+            }
+        }
+        const double apart = puma560_choice(pose, wanted, extents);
+        if ((nearest >= 0.0) && ((apart < 0.0) || (apart > nearest))) {
+            nearest = apart;
+        }
+        if (!((worst >= 0.0) && (nearest >= 0.0) && (nearest <= worst))) {
+            worst = ((worst < 0.0) || (nearest < 0.0)) ? -1.0 : nearest;
+        }
     }
     return worst;
 }
@@ -266,10 +661,14 @@ int main(void)
     const bool right = (worst >= 0.0) && (worst <= PUMA560_TOLERANCE);
     (void)printf("puma560: %d vectors, largest difference %.3g of the accepted one: %s\n", PUMA560_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
+    const double off = puma560_selftest_inverse();
+    const bool solved = (off >= 0.0) && (off <= PUMA560_INVERSE_TOLERANCE);
+    (void)printf("puma560: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", PUMA560_TARGETS,
+                 (double)off, (double)PUMA560_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = puma560_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= PUMA560_PAIR_TOLERANCE);
     (void)printf("puma560: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", PUMA560_PAIRS,
                  (double)error, (double)PUMA560_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
-    return (right && exact) ? 0 : 1;
+    return (right && solved && exact) ? 0 : 1;
 }
 #endif

@@ -33,19 +33,29 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
 
 from . import _numpy
 from ._engines import Array, Floats, load_native
+from ._inverse import Inverse
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
+from ._measures import condition_number, manipulability
 from ._names import NamedKernel
+from ._numeric_inverse import NumericInverse
+from ._search import Joint
 
 __all__ = [
+    "BRANCHES",
     "DOF",
     "FRAMES",
     "JOINTS",
     "LIMITS",
     "backend",
     "clamp",
+    "condition_number",
     "fk",
+    "fk_jacobian",
     "frames",
+    "inverse",
+    "manipulability",
+    "numeric_inverse",
     "position",
     "within_limits",
 ]
@@ -116,7 +126,19 @@ FRAMES: tuple[str, ...] = (
 )
 """Frames of the result of `frames`, in its order."""
 
-_native = load_native("7fb956f5343175f0")
+BRANCHES: tuple[str, ...] = (
+    "shoulder left, elbow up, wrist no-flip",
+    "shoulder left, elbow up, wrist flip",
+    "shoulder left, elbow down, wrist no-flip",
+    "shoulder left, elbow down, wrist flip",
+    "shoulder right, elbow up, wrist no-flip",
+    "shoulder right, elbow up, wrist flip",
+    "shoulder right, elbow down, wrist no-flip",
+    "shoulder right, elbow down, wrist flip",
+)
+"""Solutions of `inverse`, in its order."""
+
+_native = load_native("1ea5888325b83b99")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -124,7 +146,7 @@ fk: Kernel[Floats] = Kernel(
     symbol="ur5",
     inputs=(Array("q", (6,)),),
     results=(Array("base_T_tool", (4, 4), True),),
-    reals=("float64", "float32"),
+    reals=("float64",),
     formula=_numpy.fk,
     native=_native,
     params=None,
@@ -141,7 +163,7 @@ frames: NamedKernel[Floats] = NamedKernel(
     symbol="ur5",
     inputs=(Array("q", (6,)),),
     results=(Array("base_T_frames", (7, 4, 4), True),),
-    reals=("float64", "float32"),
+    reals=("float64",),
     formula=_numpy.frames,
     native=_native,
     params=None,
@@ -160,7 +182,7 @@ position: Kernel[Floats] = Kernel(
     symbol="ur5",
     inputs=(Array("q", (6,)),),
     results=(Array("base_p_tool", (3,)),),
-    reals=("float64", "float32"),
+    reals=("float64",),
     formula=_numpy.position,
     native=_native,
     params=None,
@@ -168,6 +190,103 @@ position: Kernel[Floats] = Kernel(
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
     14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
+    """,
+)
+
+inverse = Inverse(
+    "inverse",
+    module=__name__,
+    symbol="ur5",
+    inputs=(Array("base_T_tool", (4, 4), True),),
+    results=(Array("solutions", (8, 6)), Array("valid", (8,), is_truth=True)),
+    reals=("float64",),
+    formula=_numpy.inverse,
+    native=_native,
+    params=None,
+    doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
+
+    base_T_tool of shape (..., 4, 4) gives solutions (..., 8, 6) and valid (..., 8); angles in rad, lengths in m.
+    200 multiplications, 201 additions, 52 changes of sign, 4 divisions, 12 square roots, 24 arc tangents, 85 selections
+    for a configuration.
+
+    Family: UR type: parallel axes 2, 3, 4. Rows of solutions:
+      0  shoulder left, elbow up, wrist no-flip
+      1  shoulder left, elbow up, wrist flip
+      2  shoulder left, elbow down, wrist no-flip
+      3  shoulder left, elbow down, wrist flip
+      4  shoulder right, elbow up, wrist no-flip
+      5  shoulder right, elbow up, wrist flip
+      6  shoulder right, elbow down, wrist no-flip
+      7  shoulder right, elbow down, wrist flip
+    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
+    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
+    wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+    valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
+    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+      the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
+      root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
+      where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum
+    """,
+    turnings=(
+        (
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+            (6.283185307179586, -6.283185410179587, 6.283185410179587),
+        ),
+        (
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+            (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+        ),
+    ),
+)
+
+fk_jacobian: Kernel[tuple[Floats, Floats]] = Kernel(
+    "fk_jacobian",
+    module=__name__,
+    symbol="ur5",
+    inputs=(Array("q", (6,)),),
+    results=(Array("base_T_tool", (4, 4), True), Array("jacobian", (6, 6))),
+    reals=("float64",),
+    formula=_numpy.fk_jacobian,
+    native=_native,
+    params=None,
+    doc="""Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
+    50 multiplications, 23 additions, 6 changes of sign, 6 sine-cosine pairs for a configuration.
+    """,
+)
+
+numeric_inverse = NumericInverse(
+    "numeric_inverse",
+    module=__name__,
+    symbol="ur5",
+    kernel=fk_jacobian,
+    joints=(
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+        Joint(-6.283185307179586, 6.283185307179586, True, True),
+    ),
+    reach=1.192509,
+    tolerances=((1e-09, 1e-09), (1e-05, 1e-05)),
+    native=_native,
+    params=None,
+    doc="""Joint values for poses of the tool, by damped least squares with random restarts.
+
+    base_T_tool of shape (..., 4, 4) and start of shape (..., 6) give joint vectors (..., 6) with
+    their errors; angles in rad, lengths in m.
     """,
 )
 

@@ -6,6 +6,7 @@ SPDX-License-Identifier: 0BSD
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,317 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+_AS_IN_C = os.environ.get("KINEGEN_NUMPY_FUNCTIONS") == "c"
+"""Whether sines, cosines and arc tangents are computed as in C, with the same bits; NumPy's own are faster."""
+
+
+def _sincos_double(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in double."""
+    # The first product overflows just beyond 1e5; its infinity makes everything after it NaN.
+    scaled = x * 1.7976931348623158e303
+    turns = scaled * 3.5413150332597764e-304
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^52 rounds to an integer.
+    shifted = turns + 6755399441055744.0
+    k = shifted - 6755399441055744.0
+
+    # r + rl = x - k * pi/2, pi/2 in three parts; the first two products and the first difference are exact.
+    part1 = k * 1.5707963267923333
+    part2 = k * 2.5633441512663184e-12
+    part3 = k * 3.2820035428735005e-22
+    rough = x - part1
+    r = rough - part2
+    lost1 = rough - r
+    lost2 = lost1 - part2
+    rl = lost2 - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c6 = z * -1.135993874153831e-11
+    c5 = c6 + 2.0875729395041473e-09
+    c5z = c5 * z
+    c4 = c5z - 2.755731440201029e-07
+    c4z = c4 * z
+    c3 = c4z + 2.4801587289675016e-05
+    c3z = c3 * z
+    c2 = c3z - 0.0013888888888874478
+    c2z = c2 * z
+    c1 = c2z + 0.0416666666666666
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r + rl) = r + (rl * w + r * z * S(z)).
+    low_s = rl * w
+    s6 = z * 1.58959436374344e-10
+    s5 = s6 - 2.505074232064192e-08
+    s5z = s5 * z
+    s4 = s5z + 2.755731358226442e-06
+    s4z = s4 * z
+    s3 = s4z - 0.0001984126982945851
+    s3z = s3 * z
+    s2 = s3z + 0.008333333333321919
+    s2z = s2 * z
+    s1 = s2z - 0.1666666666666663
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic + low_s
+    sin_r = r + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^53 rounds to an even number in just this way.
+    even_s = k + 13510798882111488.0
+    near_s = even_s - 13510798882111488.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 13510798882111488.0
+    near_c = even_c - 13510798882111488.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _sincos_float(x: Floats) -> tuple[Floats, Floats]:
+    """Sine and cosine with the operations and the bits of the C kernels in float."""
+    # The first product overflows just beyond 12000; its infinity makes everything after it NaN.
+    scaled = x * 2.83568611e34
+    turns = scaled * 2.24502905e-35
+
+    # k: the nearest multiple of pi/2. Adding 1.5 * 2^23 rounds to an integer.
+    shifted = turns + 12582912.0
+    k = shifted - 12582912.0
+
+    # x - k * pi/2 = r0 - part3, pi/2 in three parts; all but part3 is exact. r is the rounded difference, rl the rest.
+    part1 = k * 1.5703125
+    part2 = k * 0.000483751297
+    part3 = k * 7.54979013e-08
+    rough = x - part1
+    r0 = rough - part2
+    r = r0 - part3
+    lost = r0 - r
+    rl = lost - part3
+
+    # cos(r + rl) = w + (rounding error of w - r * rl + z^2 * C(z)), w = 1 - z/2, |r| <= pi/4.
+    z = r * r
+    half = z * 0.5
+    w = 1.0 - half
+    up = 1.0 - w
+    dw = up - half
+    rrl = r * rl
+    low_c = dw - rrl
+    c3 = z * 2.44331695e-05
+    c2 = c3 - 0.00138873141
+    c2z = c2 * z
+    c1 = c2z + 0.0416666456
+    zz = z * z
+    quartic = zz * c1
+    tail_c = quartic + low_c
+    cos_r = w + tail_c
+
+    # sin(r0 - part3) = r0 + (r * z * S(z) - part3).
+    s3 = z * -0.000195182845
+    s2 = s3 + 0.00833218917
+    s2z = s2 * z
+    s1 = s2z - 0.166666552
+    rz = r * z
+    cubic = rz * s1
+    tail_s = cubic - part3
+    sin_r = r0 + tail_s
+
+    # sin(k pi/2) = k minus the nearest even number, ties going to multiples of 4; cos(k pi/2) is the same of k + 1.
+    # Adding 1.5 * 2^24 rounds to an even number in just this way.
+    even_s = k + 25165824.0
+    near_s = even_s - 25165824.0
+    sin_k = k - near_s
+    after = k + 1.0
+    even_c = after + 25165824.0
+    near_c = even_c - 25165824.0
+    cos_k = after - near_c
+
+    # The sum of the two angles; of each pair of products one is zero, so nothing is rounded.
+    ss = sin_r * cos_k
+    sc = cos_r * sin_k
+    cc = cos_r * cos_k
+    cs = sin_r * sin_k
+    sine = ss + sc
+    cosine = cc - cs
+    return sine, cosine
+
+
+def _atan2_double(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in double."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.5463
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 2.2250738585072014e-308
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side.
+    z = t * t
+    w = z * z
+    a13 = w * -0.0064409620097308365
+    a11 = a13 - 0.03466495380060364
+    a11w = a11 * w
+    a9 = a11w - 0.05199785276921586
+    a9w = a9 * w
+    a7 = a9w - 0.06665476747011981
+    a7w = a7 * w
+    a5 = a7w - 0.0909090377719635
+    a5w = a5 * w
+    a3 = a5w - 0.14285714281741374
+    a3w = a3 * w
+    a1 = a3w - 0.33333333333333176
+    a12 = w * 0.02038764715331689
+    a10 = a12 + 0.04482172758367528
+    a10w = a10 * w
+    a8 = a10w + 0.058720659343036295
+    a8w = a8 * w
+    a6 = a8w + 0.07692211229011013
+    a6w = a6 * w
+    a4 = a6w + 0.11111110922228634
+    a4w = a4 * w
+    a2 = a4w + 0.19999999999957793
+    a2z = a2 * z
+    a = a1 + a2z
+    tz = t * z
+    tail = tz * a
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.39269908169872414
+    low = parts * 1.5308084989341915e-17
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
+
+def _atan2_float(y: Floats, x: Floats) -> Floats:
+    """The angle of a point with the bits of the C kernels in float."""
+    # The point is turned into the first quadrant, and into its lower half.
+    sign_x = np.where(x < 0.0, x.dtype.type(-1.0), x.dtype.type(1.0))
+    sign_y = np.where(y < 0.0, y.dtype.type(-1.0), y.dtype.type(1.0))
+    width = x * sign_x
+    height = y * sign_y
+    large = np.where(width < height, height, width)
+    small = np.where(width < height, width, height)
+
+    # angle * sign_y = right * pi/8 + sign * (angle of the point (large, small)); right is 0, 4 or 8. Selections are
+    # not between 1 and another factor: compilers that see a factor of 1 make a branch of it, and no vectors.
+    flip = np.where(width < height, width.dtype.type(-1.0), width.dtype.type(1.0))
+    flat = np.where(width < height, width.dtype.type(0.0), width.dtype.type(4.0))
+    sign = sign_x * flip
+    side = sign_x * flat
+    right = 4.0 - side
+
+    # That angle is atan(t), or pi/4 + atan(t) from a certain slope on. The smallest normal number, added to the
+    # divisor, keeps 0/0 away and is lost in any other sum; across is NaN if x or y is infinite.
+    half_large = large * 0.5
+    half_small = small * 0.5
+    bound = large * 0.414213562
+    twice = np.where(bound < small, bound.dtype.type(2.0), bound.dtype.type(0.0))
+    across = half_large * twice
+    along = half_small * twice
+    dividend = small - across
+    total = large + along
+    divisor = total + 1.17549435e-38
+    t = dividend / divisor
+
+    # atan(t) = t + t * z * A(z).
+    z = t * t
+    a5 = z * -0.0609269701
+    a4 = a5 + 0.106001638
+    a4z = a4 * z
+    a3 = a4z - 0.142445102
+    a3z = a3 * z
+    a2 = a3z + 0.199985325
+    a2z = a2 * z
+    a1 = a2z - 0.333333164
+    tz = t * z
+    tail = tz * a1
+
+    # base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added.
+    turn = sign * twice
+    parts = right + turn
+    base = parts * 0.392699122
+    low = parts * -4.07301713e-08
+    signed_t = sign * t
+    signed_tail = sign * tail
+    rough = base + signed_t
+    back = rough - base
+    lost = signed_t - back
+    small0 = lost + low
+    rest = small0 + signed_tail
+    angle = rough + rest
+    signed_angle = angle * sign_y
+    return signed_angle
+
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
+    if _AS_IN_C:
+        return _sincos_float(angle) if angle.dtype == np.float32 else _sincos_double(angle)
     limit = 12000.0 if angle.dtype == np.float32 else 100000.0
     guarded = np.where(np.abs(angle) <= limit, angle, angle.dtype.type(np.nan))
     return np.sin(guarded), np.cos(guarded)
+
+
+def _atan2(y: Floats | float, x: Floats | float) -> Floats:
+    """The angle of a point; zeros have no sign, and an infinity makes it NaN, as in the C files."""
+    if _AS_IN_C:
+        real = np.result_type(y, x)
+        y, x = np.asarray(y, real), np.asarray(x, real)
+        return _atan2_float(y, x) if real == np.float32 else _atan2_double(y, x)
+    return np.arctan2(y + (y - y), x + (x - x))
+
+
+def _sqrt(x: Floats | float) -> Floats:
+    """The square root; zeros have no sign, as in the C files."""
+    return np.sqrt(x + 0.0)
 
 
 def fk(q: Floats) -> tuple[Floats | float, ...]:
@@ -390,4 +696,852 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
         t21,
         t24,
         t17,
+    )
+
+
+def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
+    """Joint values of all branches for a pose of the tool, and which of them are solutions.
+
+    Args:
+        base_T_tool: Pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal (12, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    single = base_T_tool.dtype == np.float32
+    # all results
+    t0 = base_T_tool[10] * base_T_tool[10]
+    t1 = base_T_tool[3] * base_T_tool[3]
+    t2 = base_T_tool[7] * base_T_tool[7]
+    t3 = t1 + t2
+    t4 = base_T_tool[11] * base_T_tool[11]
+    t5 = t4 + t3
+    t6 = np.where(t5 < 1000000000000000.0, t5.dtype.type(1.0), t5.dtype.type(0.0))
+    t7 = base_T_tool[0] * base_T_tool[0]
+    t8 = base_T_tool[4] * base_T_tool[4]
+    t9 = t7 + t8
+    t10 = base_T_tool[8] * base_T_tool[8]
+    t11 = t10 + t9
+    t12 = t11 - 1.0
+    t13 = t12 * t12
+    t14 = base_T_tool[1] * base_T_tool[1]
+    t15 = base_T_tool[5] * base_T_tool[5]
+    t16 = t14 + t15
+    t17 = base_T_tool[9] * base_T_tool[9]
+    t18 = t17 + t16
+    t19 = t18 - 1.0
+    t20 = t19 * t19
+    t21 = t13 + t20
+    t22 = base_T_tool[0] * base_T_tool[1]
+    t23 = base_T_tool[4] * base_T_tool[5]
+    t24 = t22 + t23
+    t25 = base_T_tool[8] * base_T_tool[9]
+    t26 = t25 + t24
+    t27 = t26 * t26
+    t28 = t27 + t21
+    t29 = base_T_tool[0] * base_T_tool[5]
+    t30 = base_T_tool[1] * base_T_tool[4]
+    t31 = t29 - t30
+    t32 = base_T_tool[10] - t31
+    t33 = t32 * t32
+    t34 = t33 + t28
+    t35 = base_T_tool[4] * base_T_tool[9]
+    t36 = base_T_tool[5] * base_T_tool[8]
+    t37 = t35 - t36
+    t38 = base_T_tool[2] - t37
+    t39 = t38 * t38
+    t40 = t39 + t34
+    t41 = base_T_tool[1] * base_T_tool[8]
+    t42 = base_T_tool[0] * base_T_tool[9]
+    t43 = t41 - t42
+    t44 = base_T_tool[6] - t43
+    t45 = t44 * t44
+    t46 = t45 + t40
+    t47 = np.where(t46 < (9e-08 if single else 9e-12), t6, 0.0)
+    t48 = base_T_tool[2] * 0.0823
+    t49 = base_T_tool[3] - t48
+    t50 = t49 * 0.10915
+    t51 = t49 * t49
+    t52 = base_T_tool[6] * 0.0823
+    t53 = base_T_tool[7] - t52
+    t54 = t53 * 0.10915
+    t55 = t53 * t53
+    t56 = t51 + t55
+    t57 = 1.0 / t56
+    t58 = t56 - 0.0119137225
+    t59 = np.where(t58 > 0.0, t58, 0.0)
+    t60 = np.where(
+        t58 > (-9.909706115722655e-07 if single else -2.3626580514246596e-13), t58.dtype.type(1.0), t58.dtype.type(0.0)
+    )
+    t61 = t47 * t60
+    t62 = base_T_tool[10] * 0.0823
+    t63 = base_T_tool[11] - t62
+    t64 = t63 - 0.089159
+    t65 = t64 * t64
+
+    # Square roots and arc tangents
+    t66 = _atan2(t53, t49)
+    t67 = _sqrt(t59)
+
+    # shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
+    t68 = t49 * t67
+    t69 = t53 * t67
+    t70 = t67 * t67
+    t71 = t65 + t70
+    t72 = t68 + t54
+    t73 = t68 - t54
+    t74 = t57 * t72
+    t75 = t57 * t73
+    t76 = t50 - t69
+    t77 = t50 + t69
+    t78 = t57 * t76
+    t79 = t57 * t77
+    t80 = base_T_tool[0] * t74
+    t81 = base_T_tool[4] * t78
+    t82 = t81 - t80
+    t83 = base_T_tool[1] * t74
+    t84 = base_T_tool[5] * t78
+    t85 = t84 - t83
+    t86 = base_T_tool[2] * t74
+    t87 = base_T_tool[6] * t74
+    t88 = base_T_tool[2] * t78
+    t89 = t88 + t87
+    t90 = base_T_tool[6] * t78
+    t91 = t86 - t90
+    t92 = base_T_tool[0] * t75
+    t93 = base_T_tool[4] * t79
+    t94 = t92 + t93
+    t95 = base_T_tool[1] * t75
+    t96 = base_T_tool[5] * t79
+    t97 = t95 + t96
+    t98 = base_T_tool[2] * t75
+    t99 = base_T_tool[6] * t75
+    t100 = base_T_tool[2] * t79
+    t101 = t100 - t99
+    t102 = base_T_tool[6] * t79
+    t103 = t98 + t102
+    t104 = t91 * t91
+    t105 = t0 + t104
+    t106 = np.where(t105 < (1e-12 if single else 1e-20), base_T_tool[9], t91)
+    t107 = np.where(t105 < (1e-12 if single else 1e-20), t85, base_T_tool[10])
+    t108 = t103 * t103
+    t109 = t0 + t108
+    t110 = np.where(t109 < (1e-12 if single else 1e-20), t97, base_T_tool[10])
+    t111 = -t103
+    t112 = np.where(t109 < (1e-12 if single else 1e-20), base_T_tool[9], t111)
+
+    # Square roots and arc tangents
+    t113 = _atan2(0.10915, t67)
+    t114 = _sqrt(t105)
+    t115 = _sqrt(t71)
+    t116 = _sqrt(t109)
+
+    # base_turn, shoulder, elbow, wrist_1, wrist_3 and valid
+    t117 = np.where(t105 < (1e-12 if single else 1e-20), 1.0, t114)
+    t118 = t114 * t114
+    t119 = 1.0 / t117
+    t120 = t119 * t106
+    t121 = t119 * t107
+    t122 = t120 * 0.09465
+    t123 = -t121
+    t124 = t121 * 0.09465
+    t125 = np.where(t109 < (1e-12 if single else 1e-20), 1.0, t116)
+    t126 = t116 * t116
+    t127 = 1.0 / t125
+    t128 = t127 * t112
+    t129 = t127 * t110
+    t130 = 0.09465 * t129
+    t131 = -t128
+    t132 = 0.09465 * t128
+    t133 = 1.0 / t115
+    t134 = t133 * 10.565240359218173
+    t135 = t115 * t115
+    t136 = t67 * t124
+    t137 = t64 * t124
+    t138 = t67 * t122
+    t139 = t137 + t138
+    t140 = t64 * t122
+    t141 = t136 - t140
+    t142 = t134 * t141
+    t143 = t134 * t139
+    t144 = -t143
+    t145 = t135 - 0.65893894
+    t146 = t134 * t145
+    t147 = 0.5 * t146
+    t148 = t135 + 0.00788606
+    t149 = t134 * t148
+    t150 = 0.5 * t149
+    t151 = np.where(t142 < t147, t147, t150)
+    t152 = t67 * t151
+    t153 = t64 * t151
+    t154 = t151 * t151
+    t155 = 1.0 - t154
+    t156 = np.where(t155 > 0.0, t155, 0.0)
+    t157 = -t142
+    t158 = np.where(t157 < t147, t147, t150)
+    t159 = t67 * t158
+    t160 = t64 * t158
+    t161 = t158 * t158
+    t162 = 1.0 - t161
+    t163 = np.where(t162 > 0.0, t162, 0.0)
+    t164 = t134 * (7.631206512451171e-07 if single else 1.8194214135291985e-13)
+    t165 = t150 + t164
+    t166 = t147 - t164
+    t167 = t113 - t66
+    t168 = t66 + t113
+    t169 = 3.141592653589793 + t167
+    t170 = t168 - 6.283185307179586
+    t171 = t169 - 6.283185307179586
+    t172 = np.where(t169 > 3.141592653589793, t171, t169)
+    t173 = -t172
+    t174 = t67 * t130
+    t175 = t64 * t130
+    t176 = t67 * t132
+    t177 = t175 - t176
+    t178 = t64 * t132
+    t179 = t174 + t178
+    t180 = t134 * t179
+    t181 = t134 * t177
+    t182 = -t181
+    t183 = -t180
+    t184 = np.where(t183 < t147, t147, t150)
+    t185 = np.where(t180 < t147, t147, t150)
+    t186 = t67 * t184
+    t187 = t67 * t185
+    t188 = t64 * t184
+    t189 = t64 * t185
+    t190 = t184 * t184
+    t191 = 1.0 - t190
+    t192 = np.where(t191 > 0.0, t191, 0.0)
+    t193 = t185 * t185
+    t194 = 1.0 - t193
+    t195 = np.where(t194 > 0.0, t194, 0.0)
+
+    # base_turn
+    t196 = 6.283185307179586 + t170
+    t197 = np.where(t170 < -3.141592653589793, t196, t170)
+    t198 = 6.283185307179586 + t197
+    t199 = np.where(t197 < -3.141592653589793, t198, t197)
+
+    # Square roots and arc tangents
+    t200 = _atan2(t114, t89)
+    t201 = _atan2(t116, t101)
+    t202 = _sqrt(t156)
+    t203 = _sqrt(t163)
+    t204 = _sqrt(t192)
+    t205 = _sqrt(t195)
+
+    # shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
+    t206 = -t200
+    t207 = -t201
+    t208 = -t202
+    t209 = np.where(t144 < 0.0, t208, t202)
+    t210 = t67 * t209
+    t211 = t210 + t153
+    t212 = t64 * t209
+    t213 = t152 - t212
+    t214 = 0.09465 * t213
+    t215 = t211 * -0.09465
+    t216 = t134 * t215
+    t217 = t134 * t214
+    t218 = np.where(t165 < t142, t216, t120)
+    t219 = np.where(t142 < t166, t216, t218)
+    t220 = np.where(t165 < t142, t217, t121)
+    t221 = np.where(t142 < t166, t217, t220)
+    t222 = base_T_tool[8] * t219
+    t223 = t82 * t221
+    t224 = t222 + t223
+    t225 = base_T_tool[9] * t219
+    t226 = t85 * t221
+    t227 = t225 + t226
+    t228 = t219 - t120
+    t229 = t228 * t228
+    t230 = 0.09465 * t219
+    t231 = t64 + t230
+    t232 = t231 * t231
+    t233 = t221 - t121
+    t234 = t233 * t233
+    t235 = t229 + t234
+    t236 = t235 * t118
+    t237 = np.where(t236 < (1e-11 if single else 1e-19), t236.dtype.type(1.0), t236.dtype.type(0.0))
+    t238 = 0.09465 * t221
+    t239 = t238 - t67
+    t240 = t239 * t239
+    t241 = t240 + t232
+    t242 = t237 * t61
+    t243 = t241 * 2.99928766917857
+    t244 = t241 + 0.0267649375
+    t245 = t243 - 2.0032169234806734
+    t246 = t243 - 0.00321692348067334
+    t247 = t245 * t246
+    t248 = t246 - 1.0
+    t249 = t246 * 0.39225
+    t250 = 0.03275 + t249
+    t251 = t244 * (6.586527652877698e-05 if single else 1.57035056421225e-11)
+    t252 = np.where(t247 < t251, t247.dtype.type(1.0), t247.dtype.type(0.0))
+    t253 = t252 * t242
+    t254 = t244 * (8.233159566097122e-06 if single else 1.5335454728635255e-14)
+    t255 = -t247
+    t256 = np.where(t254 < t255, t255, 0.0)
+    t257 = -t203
+    t258 = np.where(t143 < 0.0, t257, t203)
+    t259 = t67 * t258
+    t260 = t259 + t160
+    t261 = t64 * t258
+    t262 = t159 - t261
+    t263 = 0.09465 * t262
+    t264 = 0.09465 * t260
+    t265 = t134 * t264
+    t266 = t134 * t263
+    t267 = np.where(t165 < t157, t266, t123)
+    t268 = np.where(t157 < t166, t266, t267)
+    t269 = t82 * t268
+    t270 = t85 * t268
+    t271 = t121 + t268
+    t272 = t271 * t271
+    t273 = 0.09465 * t268
+    t274 = t273 - t67
+    t275 = t274 * t274
+    t276 = np.where(t165 < t157, t265, t120)
+    t277 = np.where(t157 < t166, t265, t276)
+
+    # shoulder, elbow, wrist_1, wrist_3 and valid
+    t278 = -t277
+    t279 = t120 - t277
+    t280 = t279 * t279
+    t281 = t280 + t272
+    t282 = t118 * t281
+    t283 = np.where(t282 < (1e-11 if single else 1e-19), t282.dtype.type(1.0), t282.dtype.type(0.0))
+    t284 = t283 * t61
+    t285 = base_T_tool[8] * t277
+    t286 = t269 - t285
+    t287 = base_T_tool[9] * t277
+    t288 = t270 - t287
+    t289 = 0.09465 * t277
+    t290 = t64 - t289
+    t291 = t290 * t290
+    t292 = t275 + t291
+    t293 = 2.99928766917857 * t292
+    t294 = 0.0267649375 + t292
+    t295 = t293 - 2.0032169234806734
+    t296 = t293 - 0.00321692348067334
+    t297 = t295 * t296
+    t298 = t296 - 1.0
+    t299 = 0.39225 * t296
+    t300 = 0.03275 + t299
+    t301 = (6.586527652877698e-05 if single else 1.57035056421225e-11) * t294
+    t302 = np.where(t297 < t301, t297.dtype.type(1.0), t297.dtype.type(0.0))
+    t303 = t302 * t284
+    t304 = (8.233159566097122e-06 if single else 1.5335454728635255e-14) * t294
+    t305 = -t297
+    t306 = np.where(t304 < t305, t305, 0.0)
+    t307 = -t204
+    t308 = np.where(t182 < 0.0, t307, t204)
+    t309 = t67 * t308
+    t310 = t309 - t188
+    t311 = t64 * t308
+    t312 = t186 + t311
+    t313 = -0.09465 * t312
+    t314 = 0.09465 * t310
+    t315 = t134 * t314
+    t316 = t134 * t313
+    t317 = np.where(t165 < t183, t315, t128)
+    t318 = np.where(t183 < t166, t315, t317)
+    t319 = np.where(t165 < t183, t316, t129)
+    t320 = np.where(t183 < t166, t316, t319)
+    t321 = base_T_tool[8] * t318
+    t322 = t94 * t320
+    t323 = t321 + t322
+    t324 = base_T_tool[9] * t318
+    t325 = t97 * t320
+    t326 = t324 + t325
+    t327 = t318 - t128
+    t328 = t327 * t327
+    t329 = 0.09465 * t318
+    t330 = t64 + t329
+    t331 = t330 * t330
+    t332 = t320 - t129
+    t333 = t332 * t332
+    t334 = t328 + t333
+    t335 = t334 * t126
+    t336 = np.where(t335 < (1e-11 if single else 1e-19), t335.dtype.type(1.0), t335.dtype.type(0.0))
+    t337 = 0.09465 * t320
+    t338 = t67 + t337
+    t339 = t338 * t338
+    t340 = t339 + t331
+    t341 = t61 * t336
+    t342 = 2.99928766917857 * t340
+    t343 = 0.0267649375 + t340
+    t344 = t342 - 2.0032169234806734
+    t345 = t342 - 0.00321692348067334
+    t346 = t344 * t345
+    t347 = t345 - 1.0
+    t348 = 0.39225 * t345
+    t349 = 0.03275 + t348
+    t350 = (6.586527652877698e-05 if single else 1.57035056421225e-11) * t343
+    t351 = np.where(t346 < t350, t346.dtype.type(1.0), t346.dtype.type(0.0))
+    t352 = t351 * t341
+    t353 = (8.233159566097122e-06 if single else 1.5335454728635255e-14) * t343
+    t354 = -t346
+    t355 = np.where(t353 < t354, t354, 0.0)
+    t356 = -t205
+    t357 = np.where(t181 < 0.0, t356, t205)
+    t358 = t67 * t357
+    t359 = t358 - t189
+    t360 = t64 * t357
+    t361 = t187 + t360
+    t362 = 0.09465 * t361
+    t363 = 0.09465 * t359
+    t364 = t134 * t363
+    t365 = t134 * t362
+    t366 = np.where(t165 < t180, t364, t131)
+    t367 = np.where(t180 < t166, t364, t366)
+    t368 = np.where(t165 < t180, t365, t129)
+    t369 = np.where(t180 < t166, t365, t368)
+    t370 = t94 * t369
+    t371 = t97 * t369
+    t372 = -t369
+    t373 = t128 + t367
+    t374 = t373 * t373
+    t375 = t129 - t369
+    t376 = t375 * t375
+    t377 = t374 + t376
+    t378 = t126 * t377
+    t379 = np.where(t378 < (1e-11 if single else 1e-19), t378.dtype.type(1.0), t378.dtype.type(0.0))
+    t380 = t61 * t379
+    t381 = 0.09465 * t369
+    t382 = t67 - t381
+    t383 = t382 * t382
+    t384 = base_T_tool[8] * t367
+    t385 = t384 - t370
+    t386 = base_T_tool[9] * t367
+    t387 = t386 - t371
+    t388 = 0.09465 * t367
+    t389 = t64 + t388
+    t390 = t389 * t389
+    t391 = t383 + t390
+    t392 = 2.99928766917857 * t391
+    t393 = 0.0267649375 + t391
+    t394 = t392 - 2.0032169234806734
+    t395 = t392 - 0.00321692348067334
+    t396 = t394 * t395
+    t397 = t395 - 1.0
+    t398 = 0.39225 * t395
+    t399 = 0.03275 + t398
+    t400 = (6.586527652877698e-05 if single else 1.57035056421225e-11) * t393
+    t401 = np.where(t396 < t400, t396.dtype.type(1.0), t396.dtype.type(0.0))
+    t402 = t401 * t380
+    t403 = (8.233159566097122e-06 if single else 1.5335454728635255e-14) * t393
+    t404 = -t396
+    t405 = np.where(t403 < t404, t404, 0.0)
+
+    # Square roots and arc tangents
+    t406 = _atan2(t221, t219)
+    t407 = _atan2(t224, t227)
+    t408 = _atan2(t231, t239)
+    t409 = _atan2(t268, t278)
+    t410 = _atan2(t286, t288)
+    t411 = _atan2(t290, t274)
+    t412 = _atan2(t320, t318)
+    t413 = _atan2(t323, t326)
+    t414 = _atan2(t330, t338)
+    t415 = _atan2(t372, t367)
+    t416 = _atan2(t385, t387)
+    t417 = _atan2(t389, t382)
+    t418 = _sqrt(t256)
+    t419 = _sqrt(t306)
+    t420 = _sqrt(t355)
+    t421 = _sqrt(t405)
+
+    # shoulder and wrist_1
+    t422 = t418 * 0.39225
+    t423 = 0.39225 * t419
+    t424 = 0.39225 * t420
+    t425 = 0.39225 * t421
+
+    # Square roots and arc tangents
+    t426 = _atan2(t418, t248)
+    t427 = _atan2(t422, t250)
+    t428 = _atan2(t419, t298)
+    t429 = _atan2(t423, t300)
+    t430 = _atan2(t420, t347)
+    t431 = _atan2(t424, t349)
+    t432 = _atan2(t421, t397)
+    t433 = _atan2(t425, t399)
+
+    # shoulder, elbow and wrist_1
+    t434 = -t426
+    t435 = -t428
+    t436 = -t430
+    t437 = -t432
+    t438 = t427 - t408
+    t439 = 3.141592653589793 + t438
+    t440 = t439 - 6.283185307179586
+    t441 = np.where(t439 > 3.141592653589793, t440, t439)
+    t442 = -t441
+    t443 = t406 + t426
+    t444 = t406 - t426
+    t445 = t443 - t427
+    t446 = t408 + t445
+    t447 = t446 - 3.141592653589793
+    t448 = t427 + t444
+    t449 = t427 + t408
+    t450 = t408 + t448
+    t451 = t449 - 3.141592653589793
+    t452 = t450 - 3.141592653589793
+    t453 = 6.283185307179586 + t447
+    t454 = -t447
+    t455 = np.where(t454 > 3.141592653589793, t453, t447)
+    t456 = 6.283185307179586 + t455
+    t457 = -t455
+    t458 = np.where(t457 > 3.141592653589793, t456, t455)
+    t459 = 6.283185307179586 - t458
+    t460 = -t458
+    t461 = np.where(t458 > 3.141592653589793, t459, t460)
+    t462 = t429 - t411
+    t463 = 3.141592653589793 + t462
+    t464 = t463 - 6.283185307179586
+    t465 = np.where(t463 > 3.141592653589793, t464, t463)
+    t466 = -t465
+    t467 = t409 + t428
+    t468 = t409 - t428
+    t469 = t467 - t429
+    t470 = t411 + t469
+    t471 = t470 - 3.141592653589793
+    t472 = t429 + t468
+    t473 = t429 + t411
+    t474 = t411 + t472
+    t475 = t473 - 3.141592653589793
+    t476 = t474 - 3.141592653589793
+    t477 = 6.283185307179586 + t471
+    t478 = -t471
+    t479 = np.where(t478 > 3.141592653589793, t477, t471)
+    t480 = 6.283185307179586 + t479
+    t481 = -t479
+    t482 = np.where(t481 > 3.141592653589793, t480, t479)
+    t483 = 6.283185307179586 - t482
+    t484 = -t482
+    t485 = np.where(t482 > 3.141592653589793, t483, t484)
+    t486 = 6.283185307179586 + t451
+    t487 = np.where(t451 < -3.141592653589793, t486, t451)
+    t488 = 6.283185307179586 + t452
+    t489 = -t452
+    t490 = np.where(t489 > 3.141592653589793, t488, t452)
+    t491 = 6.283185307179586 + t490
+    t492 = -t490
+    t493 = np.where(t492 > 3.141592653589793, t491, t490)
+    t494 = 6.283185307179586 - t493
+    t495 = -t493
+    t496 = np.where(t493 > 3.141592653589793, t494, t495)
+    t497 = 6.283185307179586 + t475
+    t498 = np.where(t475 < -3.141592653589793, t497, t475)
+    t499 = 6.283185307179586 + t476
+    t500 = -t476
+    t501 = np.where(t500 > 3.141592653589793, t499, t476)
+    t502 = 6.283185307179586 + t501
+    t503 = -t501
+    t504 = np.where(t503 > 3.141592653589793, t502, t501)
+    t505 = 6.283185307179586 - t504
+    t506 = -t504
+    t507 = np.where(t504 > 3.141592653589793, t505, t506)
+
+    # shoulder and wrist_1
+    t508 = t431 + t414
+    t509 = t508 - 3.141592653589793
+    t510 = 6.283185307179586 + t509
+    t511 = np.where(t509 < -3.141592653589793, t510, t509)
+    t512 = t412 - t430
+    t513 = t412 + t430
+    t514 = t431 + t512
+    t515 = t414 + t514
+    t516 = t515 - 3.141592653589793
+    t517 = t513 - t431
+    t518 = t431 - t414
+    t519 = t414 + t517
+    t520 = 3.141592653589793 + t518
+    t521 = t519 - 3.141592653589793
+    t522 = 6.283185307179586 + t516
+    t523 = -t516
+    t524 = np.where(t523 > 3.141592653589793, t522, t516)
+    t525 = 6.283185307179586 + t524
+    t526 = -t524
+    t527 = np.where(t526 > 3.141592653589793, t525, t524)
+    t528 = 6.283185307179586 - t527
+    t529 = -t527
+    t530 = np.where(t527 > 3.141592653589793, t528, t529)
+    t531 = t433 + t417
+    t532 = t531 - 3.141592653589793
+    t533 = 6.283185307179586 + t532
+    t534 = np.where(t532 < -3.141592653589793, t533, t532)
+    t535 = t415 - t432
+    t536 = t415 + t432
+    t537 = t433 + t535
+    t538 = t417 + t537
+    t539 = t538 - 3.141592653589793
+    t540 = t536 - t433
+    t541 = t433 - t417
+    t542 = t417 + t540
+    t543 = 3.141592653589793 + t541
+    t544 = t542 - 3.141592653589793
+    t545 = 6.283185307179586 + t539
+    t546 = -t539
+    t547 = np.where(t546 > 3.141592653589793, t545, t539)
+    t548 = 6.283185307179586 + t547
+    t549 = -t547
+    t550 = np.where(t549 > 3.141592653589793, t548, t547)
+    t551 = 6.283185307179586 - t550
+    t552 = -t550
+    t553 = np.where(t550 > 3.141592653589793, t551, t552)
+    t554 = t520 - 6.283185307179586
+    t555 = np.where(t520 > 3.141592653589793, t554, t520)
+    t556 = -t555
+    t557 = 6.283185307179586 + t521
+    t558 = -t521
+    t559 = np.where(t558 > 3.141592653589793, t557, t521)
+    t560 = 6.283185307179586 + t559
+    t561 = -t559
+    t562 = np.where(t561 > 3.141592653589793, t560, t559)
+    t563 = 6.283185307179586 - t562
+    t564 = -t562
+    t565 = np.where(t562 > 3.141592653589793, t563, t564)
+    t566 = t543 - 6.283185307179586
+    t567 = np.where(t543 > 3.141592653589793, t566, t543)
+    t568 = -t567
+    t569 = 6.283185307179586 + t544
+    t570 = -t544
+    t571 = np.where(t570 > 3.141592653589793, t569, t544)
+    t572 = 6.283185307179586 + t571
+    t573 = -t571
+    t574 = np.where(t573 > 3.141592653589793, t572, t571)
+    t575 = 6.283185307179586 - t574
+    t576 = -t574
+    t577 = np.where(t574 > 3.141592653589793, t575, t576)
+    return (
+        t173,
+        t442,
+        t426,
+        t461,
+        t200,
+        t407,
+        t173,
+        t466,
+        t428,
+        t485,
+        t206,
+        t410,
+        t173,
+        t487,
+        t434,
+        t496,
+        t200,
+        t407,
+        t173,
+        t498,
+        t435,
+        t507,
+        t206,
+        t410,
+        t199,
+        t511,
+        t436,
+        t530,
+        t201,
+        t413,
+        t199,
+        t534,
+        t437,
+        t553,
+        t207,
+        t416,
+        t199,
+        t556,
+        t430,
+        t565,
+        t201,
+        t413,
+        t199,
+        t568,
+        t432,
+        t577,
+        t207,
+        t416,
+        t253,
+        t303,
+        t253,
+        t303,
+        t352,
+        t402,
+        t352,
+        t402,
+    )
+
+
+def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
+    """Pose of the tool in the base frame and its geometric Jacobian.
+
+    Rows linear velocity, then angular, at its origin in the axes of the base.
+
+    Args:
+        q: Joint vector (6, N).
+
+    Returns:
+        The computed entries, one array (N,) or number each.
+    """
+    # Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_1
+    q23 = q[1] + q[2]
+    q234 = q[3] + q23
+
+    # Sines and cosines
+    s1, c1 = _sincos(q[0])
+    s2, c2 = _sincos(q[1])
+    s23, c23 = _sincos(q23)
+    s234, c234 = _sincos(q234)
+    s5, c5 = _sincos(q[4])
+    s6, c6 = _sincos(q[5])
+
+    # base_turn, shoulder, elbow, wrist_1, wrist_2 and wrist_3: all results
+    t0 = c23 * 0.39225
+    t1 = s23 * 0.39225
+    t2 = c2 * 0.425
+    t3 = s2 * 0.425
+    t4 = c1 * s234
+    t5 = s1 * s234
+    t6 = -c1
+    t7 = -c234
+    t8 = c5 * c6
+    t9 = s5 * c6
+    t10 = s5 * 0.0823
+    t11 = c5 * -0.0823
+
+    # shoulder, elbow, wrist_1, wrist_2 and wrist_3: rotation, position and linear part
+    t12 = s234 * t11
+    t13 = 0.10915 - t11
+    t14 = c234 * t11
+    t15 = s234 * s6
+    t16 = c234 * s6
+
+    # shoulder, elbow, wrist_1 and wrist_2: rotation and angular part
+    t17 = c234 * t8
+    t18 = t17 - t15
+    t19 = s234 * t8
+    t20 = t19 + t16
+    t21 = c234 * s5
+    t22 = s234 * s5
+    t23 = -t22
+
+    # shoulder, elbow and wrist_1: position and linear part
+    t24 = s234 * 0.09465
+    t25 = s234 * t10
+    t26 = c234 * t10
+    t27 = t24 - t26
+    t28 = t27 - t0
+    t29 = t28 - t2
+    t30 = c234 * 0.09465
+    t31 = t30 + t25
+    t32 = t31 + t1
+    t33 = t32 + t3
+    t34 = 0.089159 - t33
+
+    # base_turn: linear part
+    t35 = c1 * t33
+    t36 = s1 * t33
+    t37 = c1 * t32
+    t38 = s1 * t32
+    t39 = c1 * t31
+    t40 = s1 * t31
+
+    # base_turn and wrist_2: rotation and angular part
+    t41 = s1 * t9
+    t42 = c1 * t9
+    t43 = c1 * t18
+    t44 = t41 + t43
+    t45 = s1 * t18
+    t46 = t45 - t42
+    t47 = s1 * c5
+    t48 = c1 * c5
+
+    # base_turn: rotation and angular part
+    t49 = c1 * t21
+    t50 = t47 - t49
+    t51 = s1 * t21
+    t52 = t51 + t48
+    t53 = -t52
+
+    # base_turn: rotation
+    t54 = t20 * t52
+    t55 = t20 * t50
+    t56 = t44 * t52
+    t57 = t22 * t44
+    t58 = t55 + t57
+    t59 = -t58
+    t60 = t22 * t46
+    t61 = t60 - t54
+    t62 = t46 * t50
+    t63 = t56 + t62
+
+    # base_turn: position and linear part
+    t64 = s1 * t13
+    t65 = c1 * t13
+    t66 = c1 * t29
+    t67 = t64 + t66
+    t68 = s1 * t29
+    t69 = t65 - t68
+    t70 = -t69
+
+    # base_turn: linear part
+    t71 = s1 * t10
+    t72 = c1 * t10
+    t73 = c1 * t14
+    t74 = t73 - t71
+    t75 = s1 * t14
+    t76 = t72 + t75
+    return (
+        t44,
+        t61,
+        t50,
+        t67,
+        t46,
+        t59,
+        t53,
+        t70,
+        t20,
+        t63,
+        t23,
+        t34,
+        t69,
+        t35,
+        t37,
+        t39,
+        t74,
+        0.0,
+        t67,
+        t36,
+        t38,
+        t40,
+        t76,
+        0.0,
+        0.0,
+        t29,
+        t28,
+        t27,
+        t12,
+        0.0,
+        0.0,
+        s1,
+        s1,
+        s1,
+        t4,
+        t50,
+        0.0,
+        t6,
+        t6,
+        t6,
+        t5,
+        t53,
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+        t7,
+        t23,
     )

@@ -1,4 +1,4 @@
-/* ur5.c - Forward kinematics of ur5, double precision
+/* ur5.c - Kinematics of ur5, double precision
  *
  * Universal Robots UR5, table published by the manufacturer
  *
@@ -96,7 +96,7 @@ static void ur5_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +133,10 @@ static void ur5_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -149,6 +149,209 @@ static void ur5_sincos(const double x, double *s, double *c)
 
 #define KINEGEN_UR5_SINCOS(x, s, c) ur5_sincos((x), (s), (c))
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} ur5_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define UR5_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define UR5_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define UR5_OWN_ROOT
+#endif
+#endif
+
+#ifdef UR5_OWN_ROOT
+/* The square root of the processor, as below. */
+static double ur5_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+static double ur5_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    ur5_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    ur5_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    ur5_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    ur5_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    ur5_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    ur5_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+static double ur5_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    ur5_bits horizontal;
+    horizontal.value = x + 0.0;
+    ur5_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    ur5_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    ur5_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    ur5_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    ur5_bits large;
+    large.bits = width.bits ^ exchanged;
+    ur5_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    ur5_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    ur5_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    ur5_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    ur5_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    ur5_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    ur5_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    ur5_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
 
 void ur5_fk(const double q[restrict UR5_DOF], double base_T_tool[restrict 16])
 {
@@ -563,6 +766,944 @@ void ur5_position(const double q[restrict UR5_DOF], double base_p_tool[restrict 
     const double t23 = t19 + t22;
     const double t24 = -t23;
     base_p_tool[1] = t24;
+}
+
+void ur5_inverse(const double base_T_tool[restrict 16], double solutions[restrict UR5_BRANCHES][UR5_DOF],
+                 uint8_t valid[restrict UR5_BRANCHES])
+{
+    /* all results */
+    const double t0 = base_T_tool[10] * base_T_tool[10];
+    const double t1 = base_T_tool[3] * base_T_tool[3];
+    const double t2 = base_T_tool[7] * base_T_tool[7];
+    const double t3 = t1 + t2;
+    const double t4 = base_T_tool[11] * base_T_tool[11];
+    const double t5 = t4 + t3;
+    const uint8_t t6 = (t5 < 1000000000000000.0) ? 1U : 0U;
+    const double t7 = base_T_tool[0] * base_T_tool[0];
+    const double t8 = base_T_tool[4] * base_T_tool[4];
+    const double t9 = t7 + t8;
+    const double t10 = base_T_tool[8] * base_T_tool[8];
+    const double t11 = t10 + t9;
+    const double t12 = t11 - 1.0;
+    const double t13 = t12 * t12;
+    const double t14 = base_T_tool[1] * base_T_tool[1];
+    const double t15 = base_T_tool[5] * base_T_tool[5];
+    const double t16 = t14 + t15;
+    const double t17 = base_T_tool[9] * base_T_tool[9];
+    const double t18 = t17 + t16;
+    const double t19 = t18 - 1.0;
+    const double t20 = t19 * t19;
+    const double t21 = t13 + t20;
+    const double t22 = base_T_tool[0] * base_T_tool[1];
+    const double t23 = base_T_tool[4] * base_T_tool[5];
+    const double t24 = t22 + t23;
+    const double t25 = base_T_tool[8] * base_T_tool[9];
+    const double t26 = t25 + t24;
+    const double t27 = t26 * t26;
+    const double t28 = t27 + t21;
+    const double t29 = base_T_tool[0] * base_T_tool[5];
+    const double t30 = base_T_tool[1] * base_T_tool[4];
+    const double t31 = t29 - t30;
+    const double t32 = base_T_tool[10] - t31;
+    const double t33 = t32 * t32;
+    const double t34 = t33 + t28;
+    const double t35 = base_T_tool[4] * base_T_tool[9];
+    const double t36 = base_T_tool[5] * base_T_tool[8];
+    const double t37 = t35 - t36;
+    const double t38 = base_T_tool[2] - t37;
+    const double t39 = t38 * t38;
+    const double t40 = t39 + t34;
+    const double t41 = base_T_tool[1] * base_T_tool[8];
+    const double t42 = base_T_tool[0] * base_T_tool[9];
+    const double t43 = t41 - t42;
+    const double t44 = base_T_tool[6] - t43;
+    const double t45 = t44 * t44;
+    const double t46 = t45 + t40;
+    const uint8_t t47 = (t46 < 9e-12) ? t6 : 0U;
+    const double t48 = base_T_tool[2] * 0.0823;
+    const double t49 = base_T_tool[3] - t48;
+    const double t50 = t49 * 0.10915;
+    const double t51 = t49 * t49;
+    const double t52 = base_T_tool[6] * 0.0823;
+    const double t53 = base_T_tool[7] - t52;
+    const double t54 = t53 * 0.10915;
+    const double t55 = t53 * t53;
+    const double t56 = t51 + t55;
+    const double t57 = 1.0 / t56;
+    const double t58 = t56 - 0.0119137225;
+    const double t59 = (0.0 < t58) ? t58 : 0.0;
+    const uint8_t t60 = ((-2.3626580514246596e-13) < t58) ? 1U : 0U;
+    const uint8_t t61 = (uint8_t)(t47 & t60);
+    const double t62 = base_T_tool[10] * 0.0823;
+    const double t63 = base_T_tool[11] - t62;
+    const double t64 = t63 - 0.089159;
+    const double t65 = t64 * t64;
+
+    /* Square roots and arc tangents */
+    const double t66 = ur5_atan2(t53, t49);
+    const double t67 = ur5_sqrt(t59);
+
+    /* shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid */
+    const double t68 = t49 * t67;
+    const double t69 = t53 * t67;
+    const double t70 = t67 * t67;
+    const double t71 = t65 + t70;
+    const double t72 = t68 + t54;
+    const double t73 = t68 - t54;
+    const double t74 = t57 * t72;
+    const double t75 = t57 * t73;
+    const double t76 = t50 - t69;
+    const double t77 = t50 + t69;
+    const double t78 = t57 * t76;
+    const double t79 = t57 * t77;
+    const double t80 = base_T_tool[0] * t74;
+    const double t81 = base_T_tool[4] * t78;
+    const double t82 = t81 - t80;
+    const double t83 = base_T_tool[1] * t74;
+    const double t84 = base_T_tool[5] * t78;
+    const double t85 = t84 - t83;
+    const double t86 = base_T_tool[2] * t74;
+    const double t87 = base_T_tool[6] * t74;
+    const double t88 = base_T_tool[2] * t78;
+    const double t89 = t88 + t87;
+    const double t90 = base_T_tool[6] * t78;
+    const double t91 = t86 - t90;
+    const double t92 = base_T_tool[0] * t75;
+    const double t93 = base_T_tool[4] * t79;
+    const double t94 = t92 + t93;
+    const double t95 = base_T_tool[1] * t75;
+    const double t96 = base_T_tool[5] * t79;
+    const double t97 = t95 + t96;
+    const double t98 = base_T_tool[2] * t75;
+    const double t99 = base_T_tool[6] * t75;
+    const double t100 = base_T_tool[2] * t79;
+    const double t101 = t100 - t99;
+    const double t102 = base_T_tool[6] * t79;
+    const double t103 = t98 + t102;
+    const double t104 = t91 * t91;
+    const double t105 = t0 + t104;
+    const double t106 = (t105 < 1e-20) ? base_T_tool[9] : t91;
+    const double t107 = (t105 < 1e-20) ? t85 : base_T_tool[10];
+    const double t108 = t103 * t103;
+    const double t109 = t0 + t108;
+    const double t110 = (t109 < 1e-20) ? t97 : base_T_tool[10];
+    const double t111 = -t103;
+    const double t112 = (t109 < 1e-20) ? base_T_tool[9] : t111;
+
+    /* Square roots and arc tangents */
+    const double t113 = ur5_atan2(0.10915, t67);
+    const double t114 = ur5_sqrt(t105);
+    const double t115 = ur5_sqrt(t71);
+    const double t116 = ur5_sqrt(t109);
+
+    /* base_turn, shoulder, elbow, wrist_1, wrist_3 and valid */
+    const double t117 = (t105 < 1e-20) ? 1.0 : t114;
+    const double t118 = t114 * t114;
+    const double t119 = 1.0 / t117;
+    const double t120 = t119 * t106;
+    const double t121 = t119 * t107;
+    const double t122 = t120 * 0.09465;
+    const double t123 = -t121;
+    const double t124 = t121 * 0.09465;
+    const double t125 = (t109 < 1e-20) ? 1.0 : t116;
+    const double t126 = t116 * t116;
+    const double t127 = 1.0 / t125;
+    const double t128 = t127 * t112;
+    const double t129 = t127 * t110;
+    const double t130 = 0.09465 * t129;
+    const double t131 = -t128;
+    const double t132 = 0.09465 * t128;
+    const double t133 = 1.0 / t115;
+    const double t134 = t133 * 10.565240359218173;
+    const double t135 = t115 * t115;
+    const double t136 = t67 * t124;
+    const double t137 = t64 * t124;
+    const double t138 = t67 * t122;
+    const double t139 = t137 + t138;
+    const double t140 = t64 * t122;
+    const double t141 = t136 - t140;
+    const double t142 = t134 * t141;
+    const double t143 = t134 * t139;
+    const double t144 = -t143;
+    const double t145 = t135 - 0.65893894;
+    const double t146 = t134 * t145;
+    const double t147 = 0.5 * t146;
+    const double t148 = t135 + 0.00788606;
+    const double t149 = t134 * t148;
+    const double t150 = 0.5 * t149;
+    const double t151 = (t142 < t147) ? t147 : t150;
+    const double t152 = t67 * t151;
+    const double t153 = t64 * t151;
+    const double t154 = t151 * t151;
+    const double t155 = 1.0 - t154;
+    const double t156 = (0.0 < t155) ? t155 : 0.0;
+    const double t157 = -t142;
+    const double t158 = (t157 < t147) ? t147 : t150;
+    const double t159 = t67 * t158;
+    const double t160 = t64 * t158;
+    const double t161 = t158 * t158;
+    const double t162 = 1.0 - t161;
+    const double t163 = (0.0 < t162) ? t162 : 0.0;
+    const double t164 = t134 * 1.8194214135291985e-13;
+    const double t165 = t150 + t164;
+    const double t166 = t147 - t164;
+    const double t167 = t113 - t66;
+    const double t168 = t66 + t113;
+    const double t169 = 3.141592653589793 + t167;
+    const double t170 = t168 - 6.283185307179586;
+    const double t171 = t169 - 6.283185307179586;
+    const double t172 = (3.141592653589793 < t169) ? t171 : t169;
+    const double t173 = -t172;
+    solutions[0][0] = t173;
+    solutions[1][0] = t173;
+    solutions[2][0] = t173;
+    solutions[3][0] = t173;
+    const double t174 = t67 * t130;
+    const double t175 = t64 * t130;
+    const double t176 = t67 * t132;
+    const double t177 = t175 - t176;
+    const double t178 = t64 * t132;
+    const double t179 = t174 + t178;
+    const double t180 = t134 * t179;
+    const double t181 = t134 * t177;
+    const double t182 = -t181;
+    const double t183 = -t180;
+    const double t184 = (t183 < t147) ? t147 : t150;
+    const double t185 = (t180 < t147) ? t147 : t150;
+    const double t186 = t67 * t184;
+    const double t187 = t67 * t185;
+    const double t188 = t64 * t184;
+    const double t189 = t64 * t185;
+    const double t190 = t184 * t184;
+    const double t191 = 1.0 - t190;
+    const double t192 = (0.0 < t191) ? t191 : 0.0;
+    const double t193 = t185 * t185;
+    const double t194 = 1.0 - t193;
+    const double t195 = (0.0 < t194) ? t194 : 0.0;
+
+    /* base_turn */
+    const double t196 = 6.283185307179586 + t170;
+    const double t197 = (t170 < (-3.141592653589793)) ? t196 : t170;
+    const double t198 = 6.283185307179586 + t197;
+    const double t199 = (t197 < (-3.141592653589793)) ? t198 : t197;
+    solutions[4][0] = t199;
+    solutions[5][0] = t199;
+    solutions[6][0] = t199;
+    solutions[7][0] = t199;
+
+    /* Square roots and arc tangents */
+    const double t200 = ur5_atan2(t114, t89);
+    solutions[0][4] = t200;
+    solutions[2][4] = t200;
+    const double t201 = ur5_atan2(t116, t101);
+    solutions[4][4] = t201;
+    solutions[6][4] = t201;
+    const double t202 = ur5_sqrt(t156);
+    const double t203 = ur5_sqrt(t163);
+    const double t204 = ur5_sqrt(t192);
+    const double t205 = ur5_sqrt(t195);
+
+    /* shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid */
+    const double t206 = -t200;
+    solutions[1][4] = t206;
+    solutions[3][4] = t206;
+    const double t207 = -t201;
+    solutions[5][4] = t207;
+    solutions[7][4] = t207;
+    const double t208 = -t202;
+    const double t209 = (t144 < 0.0) ? t208 : t202;
+    const double t210 = t67 * t209;
+    const double t211 = t210 + t153;
+    const double t212 = t64 * t209;
+    const double t213 = t152 - t212;
+    const double t214 = 0.09465 * t213;
+    const double t215 = t211 * (-0.09465);
+    const double t216 = t134 * t215;
+    const double t217 = t134 * t214;
+    const double t218 = (t165 < t142) ? t216 : t120;
+    const double t219 = (t142 < t166) ? t216 : t218;
+    const double t220 = (t165 < t142) ? t217 : t121;
+    const double t221 = (t142 < t166) ? t217 : t220;
+    const double t222 = base_T_tool[8] * t219;
+    const double t223 = t82 * t221;
+    const double t224 = t222 + t223;
+    const double t225 = base_T_tool[9] * t219;
+    const double t226 = t85 * t221;
+    const double t227 = t225 + t226;
+    const double t228 = t219 - t120;
+    const double t229 = t228 * t228;
+    const double t230 = 0.09465 * t219;
+    const double t231 = t64 + t230;
+    const double t232 = t231 * t231;
+    const double t233 = t221 - t121;
+    const double t234 = t233 * t233;
+    const double t235 = t229 + t234;
+    const double t236 = t235 * t118;
+    const uint8_t t237 = (t236 < 1e-19) ? 1U : 0U;
+    const double t238 = 0.09465 * t221;
+    const double t239 = t238 - t67;
+    const double t240 = t239 * t239;
+    const double t241 = t240 + t232;
+    const uint8_t t242 = (uint8_t)(t237 & t61);
+    const double t243 = t241 * 2.99928766917857;
+    const double t244 = t241 + 0.0267649375;
+    const double t245 = t243 - 2.0032169234806734;
+    const double t246 = t243 - 0.00321692348067334;
+    const double t247 = t245 * t246;
+    const double t248 = t246 - 1.0;
+    const double t249 = t246 * 0.39225;
+    const double t250 = 0.03275 + t249;
+    const double t251 = t244 * 1.57035056421225e-11;
+    const uint8_t t252 = (t247 < t251) ? 1U : 0U;
+    const uint8_t t253 = (uint8_t)(t252 & t242);
+    valid[0] = t253;
+    valid[2] = t253;
+    const double t254 = t244 * 1.5335454728635255e-14;
+    const double t255 = -t247;
+    const double t256 = (t254 < t255) ? t255 : 0.0;
+    const double t257 = -t203;
+    const double t258 = (t143 < 0.0) ? t257 : t203;
+    const double t259 = t67 * t258;
+    const double t260 = t259 + t160;
+    const double t261 = t64 * t258;
+    const double t262 = t159 - t261;
+    const double t263 = 0.09465 * t262;
+    const double t264 = 0.09465 * t260;
+    const double t265 = t134 * t264;
+    const double t266 = t134 * t263;
+    const double t267 = (t165 < t157) ? t266 : t123;
+    const double t268 = (t157 < t166) ? t266 : t267;
+    const double t269 = t82 * t268;
+    const double t270 = t85 * t268;
+    const double t271 = t121 + t268;
+    const double t272 = t271 * t271;
+    const double t273 = 0.09465 * t268;
+    const double t274 = t273 - t67;
+    const double t275 = t274 * t274;
+    const double t276 = (t165 < t157) ? t265 : t120;
+    const double t277 = (t157 < t166) ? t265 : t276;
+
+    /* shoulder, elbow, wrist_1, wrist_3 and valid */
+    const double t278 = -t277;
+    const double t279 = t120 - t277;
+    const double t280 = t279 * t279;
+    const double t281 = t280 + t272;
+    const double t282 = t118 * t281;
+    const uint8_t t283 = (t282 < 1e-19) ? 1U : 0U;
+    const uint8_t t284 = (uint8_t)(t283 & t61);
+    const double t285 = base_T_tool[8] * t277;
+    const double t286 = t269 - t285;
+    const double t287 = base_T_tool[9] * t277;
+    const double t288 = t270 - t287;
+    const double t289 = 0.09465 * t277;
+    const double t290 = t64 - t289;
+    const double t291 = t290 * t290;
+    const double t292 = t275 + t291;
+    const double t293 = 2.99928766917857 * t292;
+    const double t294 = 0.0267649375 + t292;
+    const double t295 = t293 - 2.0032169234806734;
+    const double t296 = t293 - 0.00321692348067334;
+    const double t297 = t295 * t296;
+    const double t298 = t296 - 1.0;
+    const double t299 = 0.39225 * t296;
+    const double t300 = 0.03275 + t299;
+    const double t301 = 1.57035056421225e-11 * t294;
+    const uint8_t t302 = (t297 < t301) ? 1U : 0U;
+    const uint8_t t303 = (uint8_t)(t302 & t284);
+    valid[1] = t303;
+    valid[3] = t303;
+    const double t304 = 1.5335454728635255e-14 * t294;
+    const double t305 = -t297;
+    const double t306 = (t304 < t305) ? t305 : 0.0;
+    const double t307 = -t204;
+    const double t308 = (t182 < 0.0) ? t307 : t204;
+    const double t309 = t67 * t308;
+    const double t310 = t309 - t188;
+    const double t311 = t64 * t308;
+    const double t312 = t186 + t311;
+    const double t313 = (-0.09465) * t312;
+    const double t314 = 0.09465 * t310;
+    const double t315 = t134 * t314;
+    const double t316 = t134 * t313;
+    const double t317 = (t165 < t183) ? t315 : t128;
+    const double t318 = (t183 < t166) ? t315 : t317;
+    const double t319 = (t165 < t183) ? t316 : t129;
+    const double t320 = (t183 < t166) ? t316 : t319;
+    const double t321 = base_T_tool[8] * t318;
+    const double t322 = t94 * t320;
+    const double t323 = t321 + t322;
+    const double t324 = base_T_tool[9] * t318;
+    const double t325 = t97 * t320;
+    const double t326 = t324 + t325;
+    const double t327 = t318 - t128;
+    const double t328 = t327 * t327;
+    const double t329 = 0.09465 * t318;
+    const double t330 = t64 + t329;
+    const double t331 = t330 * t330;
+    const double t332 = t320 - t129;
+    const double t333 = t332 * t332;
+    const double t334 = t328 + t333;
+    const double t335 = t334 * t126;
+    const uint8_t t336 = (t335 < 1e-19) ? 1U : 0U;
+    const double t337 = 0.09465 * t320;
+    const double t338 = t67 + t337;
+    const double t339 = t338 * t338;
+    const double t340 = t339 + t331;
+    const uint8_t t341 = (uint8_t)(t61 & t336);
+    const double t342 = 2.99928766917857 * t340;
+    const double t343 = 0.0267649375 + t340;
+    const double t344 = t342 - 2.0032169234806734;
+    const double t345 = t342 - 0.00321692348067334;
+    const double t346 = t344 * t345;
+    const double t347 = t345 - 1.0;
+    const double t348 = 0.39225 * t345;
+    const double t349 = 0.03275 + t348;
+    const double t350 = 1.57035056421225e-11 * t343;
+    const uint8_t t351 = (t346 < t350) ? 1U : 0U;
+    const uint8_t t352 = (uint8_t)(t351 & t341);
+    valid[4] = t352;
+    valid[6] = t352;
+    const double t353 = 1.5335454728635255e-14 * t343;
+    const double t354 = -t346;
+    const double t355 = (t353 < t354) ? t354 : 0.0;
+    const double t356 = -t205;
+    const double t357 = (t181 < 0.0) ? t356 : t205;
+    const double t358 = t67 * t357;
+    const double t359 = t358 - t189;
+    const double t360 = t64 * t357;
+    const double t361 = t187 + t360;
+    const double t362 = 0.09465 * t361;
+    const double t363 = 0.09465 * t359;
+    const double t364 = t134 * t363;
+    const double t365 = t134 * t362;
+    const double t366 = (t165 < t180) ? t364 : t131;
+    const double t367 = (t180 < t166) ? t364 : t366;
+    const double t368 = (t165 < t180) ? t365 : t129;
+    const double t369 = (t180 < t166) ? t365 : t368;
+    const double t370 = t94 * t369;
+    const double t371 = t97 * t369;
+    const double t372 = -t369;
+    const double t373 = t128 + t367;
+    const double t374 = t373 * t373;
+    const double t375 = t129 - t369;
+    const double t376 = t375 * t375;
+    const double t377 = t374 + t376;
+    const double t378 = t126 * t377;
+    const uint8_t t379 = (t378 < 1e-19) ? 1U : 0U;
+    const uint8_t t380 = (uint8_t)(t61 & t379);
+    const double t381 = 0.09465 * t369;
+    const double t382 = t67 - t381;
+    const double t383 = t382 * t382;
+    const double t384 = base_T_tool[8] * t367;
+    const double t385 = t384 - t370;
+    const double t386 = base_T_tool[9] * t367;
+    const double t387 = t386 - t371;
+    const double t388 = 0.09465 * t367;
+    const double t389 = t64 + t388;
+    const double t390 = t389 * t389;
+    const double t391 = t383 + t390;
+    const double t392 = 2.99928766917857 * t391;
+    const double t393 = 0.0267649375 + t391;
+    const double t394 = t392 - 2.0032169234806734;
+    const double t395 = t392 - 0.00321692348067334;
+    const double t396 = t394 * t395;
+    const double t397 = t395 - 1.0;
+    const double t398 = 0.39225 * t395;
+    const double t399 = 0.03275 + t398;
+    const double t400 = 1.57035056421225e-11 * t393;
+    const uint8_t t401 = (t396 < t400) ? 1U : 0U;
+    const uint8_t t402 = (uint8_t)(t401 & t380);
+    valid[5] = t402;
+    valid[7] = t402;
+    const double t403 = 1.5335454728635255e-14 * t393;
+    const double t404 = -t396;
+    const double t405 = (t403 < t404) ? t404 : 0.0;
+
+    /* Square roots and arc tangents */
+    const double t406 = ur5_atan2(t221, t219);
+    const double t407 = ur5_atan2(t224, t227);
+    solutions[0][5] = t407;
+    solutions[2][5] = t407;
+    const double t408 = ur5_atan2(t231, t239);
+    const double t409 = ur5_atan2(t268, t278);
+    const double t410 = ur5_atan2(t286, t288);
+    solutions[1][5] = t410;
+    solutions[3][5] = t410;
+    const double t411 = ur5_atan2(t290, t274);
+    const double t412 = ur5_atan2(t320, t318);
+    const double t413 = ur5_atan2(t323, t326);
+    solutions[4][5] = t413;
+    solutions[6][5] = t413;
+    const double t414 = ur5_atan2(t330, t338);
+    const double t415 = ur5_atan2(t372, t367);
+    const double t416 = ur5_atan2(t385, t387);
+    solutions[5][5] = t416;
+    solutions[7][5] = t416;
+    const double t417 = ur5_atan2(t389, t382);
+    const double t418 = ur5_sqrt(t256);
+    const double t419 = ur5_sqrt(t306);
+    const double t420 = ur5_sqrt(t355);
+    const double t421 = ur5_sqrt(t405);
+
+    /* shoulder and wrist_1 */
+    const double t422 = t418 * 0.39225;
+    const double t423 = 0.39225 * t419;
+    const double t424 = 0.39225 * t420;
+    const double t425 = 0.39225 * t421;
+
+    /* Square roots and arc tangents */
+    const double t426 = ur5_atan2(t418, t248);
+    solutions[0][2] = t426;
+    const double t427 = ur5_atan2(t422, t250);
+    const double t428 = ur5_atan2(t419, t298);
+    solutions[1][2] = t428;
+    const double t429 = ur5_atan2(t423, t300);
+    const double t430 = ur5_atan2(t420, t347);
+    solutions[6][2] = t430;
+    const double t431 = ur5_atan2(t424, t349);
+    const double t432 = ur5_atan2(t421, t397);
+    solutions[7][2] = t432;
+    const double t433 = ur5_atan2(t425, t399);
+
+    /* shoulder, elbow and wrist_1 */
+    const double t434 = -t426;
+    solutions[2][2] = t434;
+    const double t435 = -t428;
+    solutions[3][2] = t435;
+    const double t436 = -t430;
+    solutions[4][2] = t436;
+    const double t437 = -t432;
+    solutions[5][2] = t437;
+    const double t438 = t427 - t408;
+    const double t439 = 3.141592653589793 + t438;
+    const double t440 = t439 - 6.283185307179586;
+    const double t441 = (3.141592653589793 < t439) ? t440 : t439;
+    const double t442 = -t441;
+    solutions[0][1] = t442;
+    const double t443 = t406 + t426;
+    const double t444 = t406 - t426;
+    const double t445 = t443 - t427;
+    const double t446 = t408 + t445;
+    const double t447 = t446 - 3.141592653589793;
+    const double t448 = t427 + t444;
+    const double t449 = t427 + t408;
+    const double t450 = t408 + t448;
+    const double t451 = t449 - 3.141592653589793;
+    const double t452 = t450 - 3.141592653589793;
+    const double t453 = 6.283185307179586 + t447;
+    const double t454 = -t447;
+    const double t455 = (3.141592653589793 < t454) ? t453 : t447;
+    const double t456 = 6.283185307179586 + t455;
+    const double t457 = -t455;
+    const double t458 = (3.141592653589793 < t457) ? t456 : t455;
+    const double t459 = 6.283185307179586 - t458;
+    const double t460 = -t458;
+    const double t461 = (3.141592653589793 < t458) ? t459 : t460;
+    solutions[0][3] = t461;
+    const double t462 = t429 - t411;
+    const double t463 = 3.141592653589793 + t462;
+    const double t464 = t463 - 6.283185307179586;
+    const double t465 = (3.141592653589793 < t463) ? t464 : t463;
+    const double t466 = -t465;
+    solutions[1][1] = t466;
+    const double t467 = t409 + t428;
+    const double t468 = t409 - t428;
+    const double t469 = t467 - t429;
+    const double t470 = t411 + t469;
+    const double t471 = t470 - 3.141592653589793;
+    const double t472 = t429 + t468;
+    const double t473 = t429 + t411;
+    const double t474 = t411 + t472;
+    const double t475 = t473 - 3.141592653589793;
+    const double t476 = t474 - 3.141592653589793;
+    const double t477 = 6.283185307179586 + t471;
+    const double t478 = -t471;
+    const double t479 = (3.141592653589793 < t478) ? t477 : t471;
+    const double t480 = 6.283185307179586 + t479;
+    const double t481 = -t479;
+    const double t482 = (3.141592653589793 < t481) ? t480 : t479;
+    const double t483 = 6.283185307179586 - t482;
+    const double t484 = -t482;
+    const double t485 = (3.141592653589793 < t482) ? t483 : t484;
+    solutions[1][3] = t485;
+    const double t486 = 6.283185307179586 + t451;
+    const double t487 = (t451 < (-3.141592653589793)) ? t486 : t451;
+    solutions[2][1] = t487;
+    const double t488 = 6.283185307179586 + t452;
+    const double t489 = -t452;
+    const double t490 = (3.141592653589793 < t489) ? t488 : t452;
+    const double t491 = 6.283185307179586 + t490;
+    const double t492 = -t490;
+    const double t493 = (3.141592653589793 < t492) ? t491 : t490;
+    const double t494 = 6.283185307179586 - t493;
+    const double t495 = -t493;
+    const double t496 = (3.141592653589793 < t493) ? t494 : t495;
+    solutions[2][3] = t496;
+    const double t497 = 6.283185307179586 + t475;
+    const double t498 = (t475 < (-3.141592653589793)) ? t497 : t475;
+    solutions[3][1] = t498;
+    const double t499 = 6.283185307179586 + t476;
+    const double t500 = -t476;
+    const double t501 = (3.141592653589793 < t500) ? t499 : t476;
+    const double t502 = 6.283185307179586 + t501;
+    const double t503 = -t501;
+    const double t504 = (3.141592653589793 < t503) ? t502 : t501;
+    const double t505 = 6.283185307179586 - t504;
+    const double t506 = -t504;
+    const double t507 = (3.141592653589793 < t504) ? t505 : t506;
+    solutions[3][3] = t507;
+
+    /* shoulder and wrist_1 */
+    const double t508 = t431 + t414;
+    const double t509 = t508 - 3.141592653589793;
+    const double t510 = 6.283185307179586 + t509;
+    const double t511 = (t509 < (-3.141592653589793)) ? t510 : t509;
+    solutions[4][1] = t511;
+    const double t512 = t412 - t430;
+    const double t513 = t412 + t430;
+    const double t514 = t431 + t512;
+    const double t515 = t414 + t514;
+    const double t516 = t515 - 3.141592653589793;
+    const double t517 = t513 - t431;
+    const double t518 = t431 - t414;
+    const double t519 = t414 + t517;
+    const double t520 = 3.141592653589793 + t518;
+    const double t521 = t519 - 3.141592653589793;
+    const double t522 = 6.283185307179586 + t516;
+    const double t523 = -t516;
+    const double t524 = (3.141592653589793 < t523) ? t522 : t516;
+    const double t525 = 6.283185307179586 + t524;
+    const double t526 = -t524;
+    const double t527 = (3.141592653589793 < t526) ? t525 : t524;
+    const double t528 = 6.283185307179586 - t527;
+    const double t529 = -t527;
+    const double t530 = (3.141592653589793 < t527) ? t528 : t529;
+    solutions[4][3] = t530;
+    const double t531 = t433 + t417;
+    const double t532 = t531 - 3.141592653589793;
+    const double t533 = 6.283185307179586 + t532;
+    const double t534 = (t532 < (-3.141592653589793)) ? t533 : t532;
+    solutions[5][1] = t534;
+    const double t535 = t415 - t432;
+    const double t536 = t415 + t432;
+    const double t537 = t433 + t535;
+    const double t538 = t417 + t537;
+    const double t539 = t538 - 3.141592653589793;
+    const double t540 = t536 - t433;
+    const double t541 = t433 - t417;
+    const double t542 = t417 + t540;
+    const double t543 = 3.141592653589793 + t541;
+    const double t544 = t542 - 3.141592653589793;
+    const double t545 = 6.283185307179586 + t539;
+    const double t546 = -t539;
+    const double t547 = (3.141592653589793 < t546) ? t545 : t539;
+    const double t548 = 6.283185307179586 + t547;
+    const double t549 = -t547;
+    const double t550 = (3.141592653589793 < t549) ? t548 : t547;
+    const double t551 = 6.283185307179586 - t550;
+    const double t552 = -t550;
+    const double t553 = (3.141592653589793 < t550) ? t551 : t552;
+    solutions[5][3] = t553;
+    const double t554 = t520 - 6.283185307179586;
+    const double t555 = (3.141592653589793 < t520) ? t554 : t520;
+    const double t556 = -t555;
+    solutions[6][1] = t556;
+    const double t557 = 6.283185307179586 + t521;
+    const double t558 = -t521;
+    const double t559 = (3.141592653589793 < t558) ? t557 : t521;
+    const double t560 = 6.283185307179586 + t559;
+    const double t561 = -t559;
+    const double t562 = (3.141592653589793 < t561) ? t560 : t559;
+    const double t563 = 6.283185307179586 - t562;
+    const double t564 = -t562;
+    const double t565 = (3.141592653589793 < t562) ? t563 : t564;
+    solutions[6][3] = t565;
+    const double t566 = t543 - 6.283185307179586;
+    const double t567 = (3.141592653589793 < t543) ? t566 : t543;
+    const double t568 = -t567;
+    solutions[7][1] = t568;
+    const double t569 = 6.283185307179586 + t544;
+    const double t570 = -t544;
+    const double t571 = (3.141592653589793 < t570) ? t569 : t544;
+    const double t572 = 6.283185307179586 + t571;
+    const double t573 = -t571;
+    const double t574 = (3.141592653589793 < t573) ? t572 : t571;
+    const double t575 = 6.283185307179586 - t574;
+    const double t576 = -t574;
+    const double t577 = (3.141592653589793 < t574) ? t575 : t576;
+    solutions[7][3] = t577;
+}
+
+void ur5_fk_jacobian(const double q[restrict UR5_DOF], double base_T_tool[restrict 16], double jacobian[restrict 36])
+{
+    /* Angle sums: q23 of shoulder and elbow; q234 of shoulder, elbow and wrist_1 */
+    const double q23 = q[1] + q[2];
+    const double q234 = q[3] + q23;
+
+    /* Sines and cosines */
+    double s1;
+    double c1;
+    KINEGEN_UR5_SINCOS(q[0], &s1, &c1);
+    jacobian[19] = s1;
+    jacobian[20] = s1;
+    jacobian[21] = s1;
+    double s2;
+    double c2;
+    KINEGEN_UR5_SINCOS(q[1], &s2, &c2);
+    double s23;
+    double c23;
+    KINEGEN_UR5_SINCOS(q23, &s23, &c23);
+    double s234;
+    double c234;
+    KINEGEN_UR5_SINCOS(q234, &s234, &c234);
+    double s5;
+    double c5;
+    KINEGEN_UR5_SINCOS(q[4], &s5, &c5);
+    double s6;
+    double c6;
+    KINEGEN_UR5_SINCOS(q[5], &s6, &c6);
+
+    /* base_turn, shoulder, elbow, wrist_1, wrist_2 and wrist_3: all results */
+    const double t0 = c23 * UR5_A3;
+    const double t1 = s23 * UR5_A3;
+    const double t2 = c2 * UR5_A2;
+    const double t3 = s2 * UR5_A2;
+    const double t4 = c1 * s234;
+    jacobian[22] = t4;
+    const double t5 = s1 * s234;
+    jacobian[28] = t5;
+    const double t6 = -c1;
+    jacobian[25] = t6;
+    jacobian[26] = t6;
+    jacobian[27] = t6;
+    const double t7 = -c234;
+    jacobian[34] = t7;
+    const double t8 = c5 * c6;
+    const double t9 = s5 * c6;
+    const double t10 = s5 * UR5_D6;
+    const double t11 = c5 * -UR5_D6;
+
+    /* shoulder, elbow, wrist_1, wrist_2 and wrist_3: rotation, position and linear part */
+    const double t12 = s234 * t11;
+    jacobian[16] = t12;
+    const double t13 = UR5_D4 - t11;
+    const double t14 = c234 * t11;
+    const double t15 = s234 * s6;
+    const double t16 = c234 * s6;
+
+    /* shoulder, elbow, wrist_1 and wrist_2: rotation and angular part */
+    const double t17 = c234 * t8;
+    const double t18 = t17 - t15;
+    const double t19 = s234 * t8;
+    const double t20 = t19 + t16;
+    base_T_tool[8] = t20;
+    const double t21 = c234 * s5;
+    const double t22 = s234 * s5;
+    const double t23 = -t22;
+    base_T_tool[10] = t23;
+    jacobian[35] = t23;
+
+    /* shoulder, elbow and wrist_1: position and linear part */
+    const double t24 = s234 * UR5_D5;
+    const double t25 = s234 * t10;
+    const double t26 = c234 * t10;
+    const double t27 = t24 - t26;
+    jacobian[15] = t27;
+    const double t28 = t27 - t0;
+    jacobian[14] = t28;
+    const double t29 = t28 - t2;
+    jacobian[13] = t29;
+    const double t30 = c234 * UR5_D5;
+    const double t31 = t30 + t25;
+    const double t32 = t31 + t1;
+    const double t33 = t32 + t3;
+    const double t34 = UR5_D1 - t33;
+    base_T_tool[11] = t34;
+
+    /* base_turn: linear part */
+    const double t35 = c1 * t33;
+    jacobian[1] = t35;
+    const double t36 = s1 * t33;
+    jacobian[7] = t36;
+    const double t37 = c1 * t32;
+    jacobian[2] = t37;
+    const double t38 = s1 * t32;
+    jacobian[8] = t38;
+    const double t39 = c1 * t31;
+    jacobian[3] = t39;
+    const double t40 = s1 * t31;
+    jacobian[9] = t40;
+
+    /* base_turn and wrist_2: rotation and angular part */
+    const double t41 = s1 * t9;
+    const double t42 = c1 * t9;
+    const double t43 = c1 * t18;
+    const double t44 = t41 + t43;
+    base_T_tool[0] = t44;
+    const double t45 = s1 * t18;
+    const double t46 = t45 - t42;
+    base_T_tool[4] = t46;
+    const double t47 = s1 * c5;
+    const double t48 = c1 * c5;
+
+    /* base_turn: rotation and angular part */
+    const double t49 = c1 * t21;
+    const double t50 = t47 - t49;
+    base_T_tool[2] = t50;
+    jacobian[23] = t50;
+    const double t51 = s1 * t21;
+    const double t52 = t51 + t48;
+    const double t53 = -t52;
+    base_T_tool[6] = t53;
+    jacobian[29] = t53;
+
+    /* base_turn: rotation */
+    const double t54 = t20 * t52;
+    const double t55 = t20 * t50;
+    const double t56 = t44 * t52;
+    const double t57 = t22 * t44;
+    const double t58 = t55 + t57;
+    const double t59 = -t58;
+    base_T_tool[5] = t59;
+    const double t60 = t22 * t46;
+    const double t61 = t60 - t54;
+    base_T_tool[1] = t61;
+    const double t62 = t46 * t50;
+    const double t63 = t56 + t62;
+    base_T_tool[9] = t63;
+
+    /* base_turn: position and linear part */
+    const double t64 = s1 * t13;
+    const double t65 = c1 * t13;
+    const double t66 = c1 * t29;
+    const double t67 = t64 + t66;
+    base_T_tool[3] = t67;
+    jacobian[6] = t67;
+    const double t68 = s1 * t29;
+    const double t69 = t65 - t68;
+    jacobian[0] = t69;
+    const double t70 = -t69;
+    base_T_tool[7] = t70;
+
+    /* base_turn: linear part */
+    const double t71 = s1 * t10;
+    const double t72 = c1 * t10;
+    const double t73 = c1 * t14;
+    const double t74 = t73 - t71;
+    jacobian[4] = t74;
+    const double t75 = s1 * t14;
+    const double t76 = t72 + t75;
+    jacobian[10] = t76;
+
+    /* Entries that need no computing */
+    jacobian[5] = 0.0;
+    jacobian[11] = 0.0;
+    jacobian[12] = 0.0;
+    jacobian[17] = 0.0;
+    jacobian[18] = 0.0;
+    jacobian[24] = 0.0;
+    jacobian[30] = 1.0;
+    jacobian[31] = 0.0;
+    jacobian[32] = 0.0;
+    jacobian[33] = 0.0;
+    base_T_tool[12] = 0.0;
+    base_T_tool[13] = 0.0;
+    base_T_tool[14] = 0.0;
+    base_T_tool[15] = 1.0;
+}
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+static double ur5_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
+{
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+int ur5_inverse_nearest(const double base_T_tool[16], const double q0[UR5_DOF], double q[UR5_DOF])
+{
+    double solutions[UR5_BRANCHES][UR5_DOF];
+    uint8_t valid[UR5_BRANCHES];
+    double chosen[UR5_DOF] = {0.0};
+    double least = 1.7976931348623157e+308;
+    int serves = 1;
+
+    ur5_inverse(base_T_tool, solutions, valid);
+    for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+        const double *const s = solutions[branch];
+        if (valid[branch] != 0U) {
+            const double moved0 = ur5_turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart0 = moved0 - q0[0];
+            const double square0 = apart0 * apart0;
+            const double sum0 = square0;
+            const double moved1 = ur5_turned(s[1], q0[1], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart1 = moved1 - q0[1];
+            const double square1 = apart1 * apart1;
+            const double sum1 = sum0 + square1;
+            const double moved2 = ur5_turned(s[2], q0[2], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart2 = moved2 - q0[2];
+            const double square2 = apart2 * apart2;
+            const double sum2 = sum1 + square2;
+            const double moved3 = ur5_turned(s[3], q0[3], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart3 = moved3 - q0[3];
+            const double square3 = apart3 * apart3;
+            const double sum3 = sum2 + square3;
+            const double moved4 = ur5_turned(s[4], q0[4], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart4 = moved4 - q0[4];
+            const double square4 = apart4 * apart4;
+            const double sum4 = sum3 + square4;
+            const double moved5 = ur5_turned(s[5], q0[5], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+            const double apart5 = moved5 - q0[5];
+            const double square5 = apart5 * apart5;
+            const double sum5 = sum4 + square5;
+            if (sum5 < least) {
+                least = sum5;
+                chosen[0] = moved0;
+                chosen[1] = moved1;
+                chosen[2] = moved2;
+                chosen[3] = moved3;
+                chosen[4] = moved4;
+                chosen[5] = moved5;
+            }
+        }
+    }
+
+    /* What is not finite, or too far away for whole turns, is near to nothing. */
+    serves = ((q0[0] >= -62831.853071795864) && (q0[0] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[1] >= -62831.853071795864) && (q0[1] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[2] >= -62831.853071795864) && (q0[2] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[3] >= -62831.853071795864) && (q0[3] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[4] >= -62831.853071795864) && (q0[4] <= 62831.853071795864)) ? serves : 0;
+    serves = ((q0[5] >= -62831.853071795864) && (q0[5] <= 62831.853071795864)) ? serves : 0;
+    serves = (least < 1.7976931348623157e+308) ? serves : 0;
+    const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+    const double infinite = huge * huge;
+    const double nothing = infinite - infinite; /* 0 or NaN */
+    q[0] = chosen[0] + nothing;
+    q[1] = chosen[1] + nothing;
+    q[2] = chosen[2] + nothing;
+    q[3] = chosen[3] + nothing;
+    q[4] = chosen[4] + nothing;
+    q[5] = chosen[5] + nothing;
+    return serves;
 }
 
 const double UR5_LIMITS_LOW[UR5_DOF] = {

@@ -1,4 +1,4 @@
-/* ur5_batch.c - Batches: forward kinematics of ur5, double precision
+/* ur5_batch.c - Batches: kinematics of ur5, double precision
  *
  * Universal Robots UR5, table published by the manufacturer
  *
@@ -14,6 +14,7 @@
 #endif
 
 #include <float.h>
+#include <stdint.h>
 
 /* Sines and cosines begin with a rounding, (x + large) - large, which a compiler that may reorder sums leaves out. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \
@@ -57,6 +58,13 @@ enum { TILE = 16 };
 /* The same where more numbers are stored for a configuration, which then go to memory in shorter bursts. */
 enum { SHORT_TILE = 8 };
 
+/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long files. */
+#if defined(__GNUC__)
+#define UR5_INLINE static inline __attribute__((always_inline))
+#else
+#define UR5_INLINE static inline
+#endif
+
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ < 0) || (__FLT_EVAL_METHOD__ == 2)
 #error "rounding by adding and subtracting needs a double that is not kept in a wider register (on x86: -mfpmath=sse)"
@@ -65,7 +73,7 @@ enum { SHORT_TILE = 8 };
 
 /* Sine and cosine of x radians, each within 0.85 units in the last place for |x| <= 1e5;
    NaN for any other x. Rounding must be to nearest, as it is unless someone changes it. */
-static inline void ur5_sincos(const double x, double *s, double *c)
+UR5_INLINE void ur5_sincos(const double x, double *s, double *c)
 {
     /* The first product overflows just beyond 1e5; its infinity makes everything after it NaN. */
     const double scaled = x * 1.7976931348623158e+303;
@@ -93,7 +101,7 @@ static inline void ur5_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -130,10 +138,10 @@ static inline void ur5_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -144,13 +152,6 @@ static inline void ur5_sincos(const double x, double *s, double *c)
     *c = cc - cs;
 }
 
-/* A loop over these becomes vector code where they are part of it, which gcc would leave undone in long kernels. */
-#if defined(__GNUC__)
-#define UR5_INLINE static inline __attribute__((always_inline))
-#else
-#define UR5_INLINE static inline
-#endif
-
 /* The rows that a loop writes lie apart, which compilers cannot see where their distance is an argument. */
 #if defined(__clang__)
 /* Where the processor has no vectors, or without optimisation, there is nothing to warn of. */
@@ -159,6 +160,235 @@ static inline void ur5_sincos(const double x, double *s, double *c)
 #elif defined(__GNUC__)
 #define UR5_APART _Pragma("GCC ivdep")
 #endif
+
+typedef union {
+    double value;
+    uint64_t bits;
+} ur5_bits;
+
+#if defined(__NO_MATH_ERRNO__) && (defined(__SSE2__) || defined(__aarch64__))
+#define UR5_OWN_ROOT
+#elif defined(__NO_MATH_ERRNO__) && defined(__ARM_FP)
+#if (__ARM_FP & 8) != 0
+#define UR5_OWN_ROOT
+#endif
+#elif defined(__NO_MATH_ERRNO__) && defined(__riscv_fsqrt) && defined(__riscv_flen)
+#if __riscv_flen >= 64
+#define UR5_OWN_ROOT
+#endif
+#endif
+
+#ifdef UR5_OWN_ROOT
+/* The square root of the processor, as below. */
+UR5_INLINE double ur5_sqrt(const double x)
+{
+    const double number = x + 0.0; /* a zero without a sign */
+    return __builtin_sqrt(number);
+}
+#else
+/* Square root of x, correctly rounded; 0 of zeros, infinity of infinity, NaN of a negative number or a NaN. */
+UR5_INLINE double ur5_sqrt(const double x)
+{
+    /* Small numbers are made larger, so that none is subnormal, and all others smaller, so that no factor is one:
+       compilers that see one make a branch of it, and no vectors. */
+    const double up = (x < 1e-290) ? 18014398509481984.0 : 0.25;
+    const double down = (x < 1e-290) ? 7.450580596923828e-09 : 2.0;
+    ur5_bits number;
+    number.value = x * up;
+
+    /* number = m * 4^k with 1 <= m < 4; scale = 2^k. */
+    const uint64_t next = number.bits + 0x0010000000000000U;
+    const uint64_t exponent = next & 0xFFE0000000000000U;
+    const uint64_t digits = number.bits - exponent;
+    const uint64_t half = exponent >> 1;
+    ur5_bits m;
+    m.bits = digits + 0x4000000000000000U;
+    ur5_bits scale;
+    scale.bits = half + 0x1FF0000000000000U;
+
+    /* r = 1 / sqrt(m): a guess from the bits, to 3.5 %; two steps of Newton's method, to 6e-7; one of the next order. */
+    const uint64_t halved = m.bits >> 1;
+    ur5_bits guess;
+    guess.bits = 0x5FE6EC0000000000U - halved;
+    const double h = m.value * 0.5;
+    const double y0 = guess.value;
+    const double hy0 = h * y0;
+    const double hyy0 = hy0 * y0;
+    const double f0 = 1.5008863143866358 - hyy0;
+    const double y1 = y0 * f0;
+    const double hy1 = h * y1;
+    const double hyy1 = hy1 * y1;
+    const double f1 = 1.50000061459 - hyy1;
+    const double y2 = y1 * f1;
+    const double my2 = m.value * y2;
+    const double myy2 = my2 * y2;
+    const double g = 1.0 - myy2;
+    const double g1 = g * 0.375;
+    const double g2 = g1 + 0.5000000001;
+    const double g3 = g2 * g;
+    const double growth = g3 * y2;
+    const double r = y2 + growth;
+
+    /* root_m = s + (m - s^2) / (2 sqrt(m)); s in two parts, whose products are exact. */
+    const double s = m.value * r;
+    ur5_bits cut;
+    cut.value = s;
+    cut.bits = cut.bits & 0xFFFFFFFFF8000000U;
+    const double high = cut.value;
+    const double low = s - high;
+    const double square = high * high;
+    const double rest0 = m.value - square;
+    const double twice = high + high;
+    const double mixed = twice * low;
+    const double rest1 = rest0 - mixed;
+    const double small = low * low;
+    const double rest = rest1 - small;
+    const double half_r = r * 0.5;
+    const double correction = rest * half_r;
+    const double root_m = s + correction;
+    const double scaled = root_m * scale.value;
+
+    /* If x is not a positive number, the factor makes the result 0, infinity or NaN. */
+    ur5_bits none;
+    none.bits = 0x7FF8000000000000U;
+    const double positive = (x > 0.0) ? down : 0.0;
+    const double zero_or_none = (x >= 0.0) ? positive : none.value;
+    const double factor = (x > 1.7976931348623157e+308) ? x : zero_or_none;
+    return scaled * factor;
+}
+#endif
+
+/* The angle of the point (x, y) in (-pi, pi], within 1.6 units in the last place if the larger of |x| and |y| lies
+   between 1e-290 and 8e307; 0 of two zeros; zeros have no sign; NaN if x or y is infinite or NaN. */
+UR5_INLINE double ur5_atan2(const double y, const double x)
+{
+    /* The point is turned into the first quadrant, and into its lower half. The sums make zeros positive. */
+    ur5_bits horizontal;
+    horizontal.value = x + 0.0;
+    ur5_bits vertical;
+    vertical.value = y + 0.0;
+    const uint64_t sign_x = horizontal.bits & 0x8000000000000000U;
+    const uint64_t sign_y = vertical.bits & 0x8000000000000000U;
+    ur5_bits width;
+    width.bits = horizontal.bits ^ sign_x;
+    ur5_bits height;
+    height.bits = vertical.bits ^ sign_y;
+    ur5_bits excess;
+    excess.value = width.value - height.value;
+    const uint64_t steep = excess.bits >> 63;
+    const uint64_t all = 0U - steep;
+    const uint64_t differing = width.bits ^ height.bits;
+    const uint64_t exchanged = differing & all;
+    ur5_bits large;
+    large.bits = width.bits ^ exchanged;
+    ur5_bits small;
+    small.bits = height.bits ^ exchanged;
+
+    /* The angle is right * pi/8 and, with the sign `sign`, that of the point (large, small); right is 0, 4 or 8. */
+    const uint64_t flip = steep << 63;
+    const uint64_t sign = sign_x ^ flip;
+    const uint64_t four = sign_x | 0x4010000000000000U;
+    const uint64_t none = ~all;
+    ur5_bits side;
+    side.bits = four & none;
+    const double right = 4.0 - side.value;
+
+    /* That angle is atan(t), or pi/4 + atan(t) from a certain slope on; twice is 0 or 2. The smallest normal number,
+       added to the divisor, keeps 0/0 away and is lost in any other sum. If x or y is infinite, across is NaN, or both
+       across and small are infinite. */
+    const double half_large = large.value * 0.5;
+    const double half_small = small.value * 0.5;
+    const double bound = large.value * 0.5463;
+    ur5_bits short_of;
+    short_of.value = bound - small.value;
+    const uint64_t upper = short_of.bits >> 63;
+    ur5_bits twice;
+    twice.bits = upper << 62;
+    const double across = half_large * twice.value;
+    const double along = half_small * twice.value;
+    const double dividend = small.value - across;
+    const double sum = large.value + along;
+    const double divisor = sum + 2.2250738585072014e-308;
+    const double t = dividend / divisor;
+
+    /* atan(t) = t + t * z * A(z); terms with even and odd powers of z apart, which a processor adds up side by side. */
+    const double z = t * t;
+    const double w = z * z;
+    const double a13 = w * -0.0064409620097308365;
+    const double a11 = a13 - 0.03466495380060364;
+    const double a11w = a11 * w;
+    const double a9 = a11w - 0.05199785276921586;
+    const double a9w = a9 * w;
+    const double a7 = a9w - 0.06665476747011981;
+    const double a7w = a7 * w;
+    const double a5 = a7w - 0.0909090377719635;
+    const double a5w = a5 * w;
+    const double a3 = a5w - 0.14285714281741374;
+    const double a3w = a3 * w;
+    const double a1 = a3w - 0.33333333333333176;
+    const double a12 = w * 0.02038764715331689;
+    const double a10 = a12 + 0.04482172758367528;
+    const double a10w = a10 * w;
+    const double a8 = a10w + 0.058720659343036295;
+    const double a8w = a8 * w;
+    const double a6 = a8w + 0.07692211229011013;
+    const double a6w = a6 * w;
+    const double a4 = a6w + 0.11111110922228634;
+    const double a4w = a4 * w;
+    const double a2 = a4w + 0.19999999999957793;
+    const double a2z = a2 * z;
+    const double a = a1 + a2z;
+    const double tz = t * z;
+    const double tail = tz * a;
+
+    /* base + low = parts * pi/8, base without rounding; the sum of base and t is rounded, and the rest added. */
+    ur5_bits turn;
+    turn.bits = twice.bits ^ sign;
+    const double parts = right + turn.value;
+    const double base = parts * 0.39269908169872414;
+    const double low = parts * 1.5308084989341915e-17;
+    ur5_bits signed_t;
+    signed_t.value = t;
+    signed_t.bits = signed_t.bits ^ sign;
+    ur5_bits signed_tail;
+    signed_tail.value = tail;
+    signed_tail.bits = signed_tail.bits ^ sign;
+    const double rough = base + signed_t.value;
+    const double back = rough - base;
+    const double lost = signed_t.value - back;
+    const double small0 = lost + low;
+    const double rest = small0 + signed_tail.value;
+    ur5_bits angle;
+    angle.value = rough + rest;
+    angle.bits = angle.bits ^ sign_y;
+    return angle.value;
+}
+
+/* less if a < b, else other. */
+UR5_INLINE double ur5_select_lt(const double a, const double b, const double less, const double other)
+{
+    ur5_bits first;
+    first.value = less;
+    ur5_bits second;
+    second.value = other;
+
+    /* Some positive number, which no compiler knows; its sign, as bits: all of them if a < b, else none. */
+    const uint64_t large = first.bits | 0x4000000000000000U;
+    ur5_bits size;
+    size.bits = large & 0x7FEFFFFFFFFFFFFFU;
+    const double negative = -size.value;
+    ur5_bits sign;
+    sign.value = (a < b) ? negative : size.value;
+    const uint64_t one = sign.bits >> 63;
+    const uint64_t all = 0U - one;
+    const uint64_t none = ~all;
+
+    const uint64_t kept = first.bits & all;
+    const uint64_t others = second.bits & none;
+    ur5_bits chosen;
+    chosen.bits = kept | others;
+    return chosen.value;
+}
 
 /* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
    neighbours only and gets a copy. */
@@ -314,6 +544,40 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
+/* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
+   left. A last tile that is not full is copied and filled up with zeros. */
+static inline tile_input find_tile_12_of_16_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
+    double (*restrict copy)[SHORT_TILE])
+{
+    tile_input found = {first, pose, joint};
+    const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+    if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
+        return found;
+    }
+    if ((pose == 16) && (joint == 1) && (count == SHORT_TILE)) {
+        /* The usual case, with strides that the compiler knows. */
+        for (int i = 0; i < SHORT_TILE; i++) {
+            for (int number = 0; number < 12; number++) {
+                copy[number][i] = first[i * 16 + number];
+            }
+        }
+    } else {
+        for (int number = 0; number < 12; number++) {
+            const double *const from = first + number * joint;
+            for (int i = 0; i < count; i++) {
+                copy[number][i] = from[i * pose];
+            }
+            for (int i = count; i < SHORT_TILE; i++) {
+                copy[number][i] = 0;
+            }
+        }
+    }
+    found.first = &copy[0][0];
+    found.pose = 1;
+    found.joint = SHORT_TILE;
+    return found;
+}
+
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_6_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
@@ -377,6 +641,17 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
     }
 }
 
+/* Writes the numbers of each configuration. */
+static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = t[row][i];
+        }
+    }
+}
+
 /* Writes one row of the result after the other. */
 static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
@@ -390,6 +665,35 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
         } else {
             for (int i = 0; i < count; i++) {
                 to[i] = t[row][i];
+            }
+        }
+    }
+}
+
+/* Writes the truth values of each configuration, a byte each. */
+static inline void store_truths_short(const double (*restrict t)[SHORT_TILE], int rows, int count, uint8_t *restrict out,
+    ptrdiff_t out_stride)
+{
+    for (int i = 0; i < count; i++) {
+        for (int row = 0; row < rows; row++) {
+            out[i * out_stride + row] = (uint8_t)t[row][i];
+        }
+    }
+}
+
+/* The same, one row after the other. */
+static inline void store_truth_rows_short(const double (*restrict t)[SHORT_TILE], int rows, int count,
+    uint8_t *restrict out, ptrdiff_t out_stride)
+{
+    for (int row = 0; row < rows; row++) {
+        uint8_t *const to = out + row * out_stride;
+        if (count == SHORT_TILE) {
+            for (int i = 0; i < SHORT_TILE; i++) {
+                to[i] = (t[row][i] > 0) ? 1U : 0U;
+            }
+        } else {
+            for (int i = 0; i < count; i++) {
+                to[i] = (uint8_t)t[row][i];
             }
         }
     }
@@ -842,6 +1146,987 @@ void ur5_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q
             store_rows(results, 3, count, base_p_tool + first, base_p_tool_stride);
         } else {
             store_numbers(results, 3, count, base_p_tool + first * base_p_tool_stride, base_p_tool_stride);
+        }
+    }
+}
+
+static inline void ur5_inverse_tile(const double *restrict base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double t0 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint];
+        const double t1 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint];
+        const double t2 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint];
+        const double t3 = t1 + t2;
+        const double t4 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint];
+        const double t5 = t4 + t3;
+        const double t6 = ur5_select_lt(t5, 1000000000000000.0, 1.0, 0.0);
+        const double t7 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint];
+        const double t8 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t9 = t7 + t8;
+        const double t10 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t11 = t10 + t9;
+        const double t12 = t11 - 1.0;
+        const double t13 = t12 * t12;
+        const double t14 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t15 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t16 = t14 + t15;
+        const double t17 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t18 = t17 + t16;
+        const double t19 = t18 - 1.0;
+        const double t20 = t19 * t19;
+        const double t21 = t13 + t20;
+        const double t22 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint];
+        const double t23 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t24 = t22 + t23;
+        const double t25 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t26 = t25 + t24;
+        const double t27 = t26 * t26;
+        const double t28 = t27 + t21;
+        const double t29 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint];
+        const double t30 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint];
+        const double t31 = t29 - t30;
+        const double t32 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] - t31;
+        const double t33 = t32 * t32;
+        const double t34 = t33 + t28;
+        const double t35 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t36 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t37 = t35 - t36;
+        const double t38 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] - t37;
+        const double t39 = t38 * t38;
+        const double t40 = t39 + t34;
+        const double t41 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint];
+        const double t42 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint];
+        const double t43 = t41 - t42;
+        const double t44 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] - t43;
+        const double t45 = t44 * t44;
+        const double t46 = t45 + t40;
+        const double t47 = ur5_select_lt(t46, 9e-12, t6, 0.0);
+        const double t48 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * 0.0823;
+        const double t49 = base_T_tool[i * base_T_tool_pose + 3 * base_T_tool_joint] - t48;
+        const double t50 = t49 * 0.10915;
+        const double t51 = t49 * t49;
+        const double t52 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * 0.0823;
+        const double t53 = base_T_tool[i * base_T_tool_pose + 7 * base_T_tool_joint] - t52;
+        const double t54 = t53 * 0.10915;
+        const double t55 = t53 * t53;
+        const double t56 = t51 + t55;
+        const double t57 = 1.0 / t56;
+        const double t58 = t56 - 0.0119137225;
+        const double t59 = ur5_select_lt(0.0, t58, t58, 0.0);
+        const double t60 = ur5_select_lt((-2.3626580514246596e-13), t58, 1.0, 0.0);
+        const double t61 = t47 * t60;
+        const double t62 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * 0.0823;
+        const double t63 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] - t62;
+        const double t64 = t63 - 0.089159;
+        const double t65 = t64 * t64;
+        const double t66 = ur5_atan2(t53, t49);
+        const double t67 = ur5_sqrt(t59);
+        const double t68 = t49 * t67;
+        const double t69 = t53 * t67;
+        const double t70 = t67 * t67;
+        const double t71 = t65 + t70;
+        const double t72 = t68 + t54;
+        const double t73 = t68 - t54;
+        const double t74 = t57 * t72;
+        const double t75 = t57 * t73;
+        const double t76 = t50 - t69;
+        const double t77 = t50 + t69;
+        const double t78 = t57 * t76;
+        const double t79 = t57 * t77;
+        const double t80 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t74;
+        const double t81 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t78;
+        const double t82 = t81 - t80;
+        const double t83 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t74;
+        const double t84 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t78;
+        const double t85 = t84 - t83;
+        const double t86 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t74;
+        const double t87 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t74;
+        const double t88 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t78;
+        const double t89 = t88 + t87;
+        const double t90 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t78;
+        const double t91 = t86 - t90;
+        const double t92 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t75;
+        const double t93 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t79;
+        const double t94 = t92 + t93;
+        const double t95 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t75;
+        const double t96 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t79;
+        const double t97 = t95 + t96;
+        const double t98 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t75;
+        const double t99 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t75;
+        const double t100 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t79;
+        const double t101 = t100 - t99;
+        const double t102 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t79;
+        const double t103 = t98 + t102;
+        const double t104 = t91 * t91;
+        const double t105 = t0 + t104;
+        const double t106 = ur5_select_lt(t105, 1e-20, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t91);
+        const double t107 = ur5_select_lt(t105, 1e-20, t85, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
+        const double t108 = t103 * t103;
+        const double t109 = t0 + t108;
+        const double t110 = ur5_select_lt(t109, 1e-20, t97, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
+        const double t111 = -t103;
+        const double t112 = ur5_select_lt(t109, 1e-20, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t111);
+        const double t113 = ur5_atan2(0.10915, t67);
+        const double t114 = ur5_sqrt(t105);
+        const double t115 = ur5_sqrt(t71);
+        const double t116 = ur5_sqrt(t109);
+        const double t117 = ur5_select_lt(t105, 1e-20, 1.0, t114);
+        const double t118 = t114 * t114;
+        const double t119 = 1.0 / t117;
+        const double t120 = t119 * t106;
+        const double t121 = t119 * t107;
+        const double t122 = t120 * 0.09465;
+        const double t123 = -t121;
+        const double t124 = t121 * 0.09465;
+        const double t125 = ur5_select_lt(t109, 1e-20, 1.0, t116);
+        const double t126 = t116 * t116;
+        const double t127 = 1.0 / t125;
+        const double t128 = t127 * t112;
+        const double t129 = t127 * t110;
+        const double t130 = 0.09465 * t129;
+        const double t131 = -t128;
+        const double t132 = 0.09465 * t128;
+        const double t133 = 1.0 / t115;
+        const double t134 = t133 * 10.565240359218173;
+        const double t135 = t115 * t115;
+        const double t136 = t67 * t124;
+        const double t137 = t64 * t124;
+        const double t138 = t67 * t122;
+        const double t139 = t137 + t138;
+        const double t140 = t64 * t122;
+        const double t141 = t136 - t140;
+        const double t142 = t134 * t141;
+        const double t143 = t134 * t139;
+        const double t144 = -t143;
+        const double t145 = t135 - 0.65893894;
+        const double t146 = t134 * t145;
+        const double t147 = 0.5 * t146;
+        const double t148 = t135 + 0.00788606;
+        const double t149 = t134 * t148;
+        const double t150 = 0.5 * t149;
+        const double t151 = ur5_select_lt(t142, t147, t147, t150);
+        const double t152 = t67 * t151;
+        const double t153 = t64 * t151;
+        const double t154 = t151 * t151;
+        const double t155 = 1.0 - t154;
+        const double t156 = ur5_select_lt(0.0, t155, t155, 0.0);
+        const double t157 = -t142;
+        const double t158 = ur5_select_lt(t157, t147, t147, t150);
+        const double t159 = t67 * t158;
+        const double t160 = t64 * t158;
+        const double t161 = t158 * t158;
+        const double t162 = 1.0 - t161;
+        const double t163 = ur5_select_lt(0.0, t162, t162, 0.0);
+        const double t164 = t134 * 1.8194214135291985e-13;
+        const double t165 = t150 + t164;
+        const double t166 = t147 - t164;
+        const double t167 = t113 - t66;
+        const double t168 = t66 + t113;
+        const double t169 = 3.141592653589793 + t167;
+        const double t170 = t168 - 6.283185307179586;
+        const double t171 = t169 - 6.283185307179586;
+        const double t172 = ur5_select_lt(3.141592653589793, t169, t171, t169);
+        const double t173 = -t172;
+        t[0][i] = t173;
+        t[6][i] = t173;
+        t[12][i] = t173;
+        t[18][i] = t173;
+        const double t174 = t67 * t130;
+        const double t175 = t64 * t130;
+        const double t176 = t67 * t132;
+        const double t177 = t175 - t176;
+        const double t178 = t64 * t132;
+        const double t179 = t174 + t178;
+        const double t180 = t134 * t179;
+        const double t181 = t134 * t177;
+        const double t182 = -t181;
+        const double t183 = -t180;
+        const double t184 = ur5_select_lt(t183, t147, t147, t150);
+        const double t185 = ur5_select_lt(t180, t147, t147, t150);
+        const double t186 = t67 * t184;
+        const double t187 = t67 * t185;
+        const double t188 = t64 * t184;
+        const double t189 = t64 * t185;
+        const double t190 = t184 * t184;
+        const double t191 = 1.0 - t190;
+        const double t192 = ur5_select_lt(0.0, t191, t191, 0.0);
+        const double t193 = t185 * t185;
+        const double t194 = 1.0 - t193;
+        const double t195 = ur5_select_lt(0.0, t194, t194, 0.0);
+        const double t196 = 6.283185307179586 + t170;
+        const double t197 = ur5_select_lt(t170, (-3.141592653589793), t196, t170);
+        const double t198 = 6.283185307179586 + t197;
+        const double t199 = ur5_select_lt(t197, (-3.141592653589793), t198, t197);
+        t[24][i] = t199;
+        t[30][i] = t199;
+        t[36][i] = t199;
+        t[42][i] = t199;
+        const double t200 = ur5_atan2(t114, t89);
+        t[4][i] = t200;
+        t[16][i] = t200;
+        const double t201 = ur5_atan2(t116, t101);
+        t[28][i] = t201;
+        t[40][i] = t201;
+        const double t202 = ur5_sqrt(t156);
+        const double t203 = ur5_sqrt(t163);
+        const double t204 = ur5_sqrt(t192);
+        const double t205 = ur5_sqrt(t195);
+        const double t206 = -t200;
+        t[10][i] = t206;
+        t[22][i] = t206;
+        const double t207 = -t201;
+        t[34][i] = t207;
+        t[46][i] = t207;
+        const double t208 = -t202;
+        const double t209 = ur5_select_lt(t144, 0.0, t208, t202);
+        const double t210 = t67 * t209;
+        const double t211 = t210 + t153;
+        const double t212 = t64 * t209;
+        const double t213 = t152 - t212;
+        const double t214 = 0.09465 * t213;
+        const double t215 = t211 * (-0.09465);
+        const double t216 = t134 * t215;
+        const double t217 = t134 * t214;
+        const double t218 = ur5_select_lt(t165, t142, t216, t120);
+        const double t219 = ur5_select_lt(t142, t166, t216, t218);
+        const double t220 = ur5_select_lt(t165, t142, t217, t121);
+        const double t221 = ur5_select_lt(t142, t166, t217, t220);
+        const double t222 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t219;
+        const double t223 = t82 * t221;
+        const double t224 = t222 + t223;
+        const double t225 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t219;
+        const double t226 = t85 * t221;
+        const double t227 = t225 + t226;
+        const double t228 = t219 - t120;
+        const double t229 = t228 * t228;
+        const double t230 = 0.09465 * t219;
+        const double t231 = t64 + t230;
+        const double t232 = t231 * t231;
+        const double t233 = t221 - t121;
+        const double t234 = t233 * t233;
+        const double t235 = t229 + t234;
+        const double t236 = t235 * t118;
+        const double t237 = ur5_select_lt(t236, 1e-19, 1.0, 0.0);
+        const double t238 = 0.09465 * t221;
+        const double t239 = t238 - t67;
+        const double t240 = t239 * t239;
+        const double t241 = t240 + t232;
+        const double t242 = t237 * t61;
+        const double t243 = t241 * 2.99928766917857;
+        const double t244 = t241 + 0.0267649375;
+        const double t245 = t243 - 2.0032169234806734;
+        const double t246 = t243 - 0.00321692348067334;
+        const double t247 = t245 * t246;
+        const double t248 = t246 - 1.0;
+        const double t249 = t246 * 0.39225;
+        const double t250 = 0.03275 + t249;
+        const double t251 = t244 * 1.57035056421225e-11;
+        const double t252 = ur5_select_lt(t247, t251, 1.0, 0.0);
+        const double t253 = t252 * t242;
+        t[48][i] = t253;
+        t[50][i] = t253;
+        const double t254 = t244 * 1.5335454728635255e-14;
+        const double t255 = -t247;
+        const double t256 = ur5_select_lt(t254, t255, t255, 0.0);
+        const double t257 = -t203;
+        const double t258 = ur5_select_lt(t143, 0.0, t257, t203);
+        const double t259 = t67 * t258;
+        const double t260 = t259 + t160;
+        const double t261 = t64 * t258;
+        const double t262 = t159 - t261;
+        const double t263 = 0.09465 * t262;
+        const double t264 = 0.09465 * t260;
+        const double t265 = t134 * t264;
+        const double t266 = t134 * t263;
+        const double t267 = ur5_select_lt(t165, t157, t266, t123);
+        const double t268 = ur5_select_lt(t157, t166, t266, t267);
+        const double t269 = t82 * t268;
+        const double t270 = t85 * t268;
+        const double t271 = t121 + t268;
+        const double t272 = t271 * t271;
+        const double t273 = 0.09465 * t268;
+        const double t274 = t273 - t67;
+        const double t275 = t274 * t274;
+        const double t276 = ur5_select_lt(t165, t157, t265, t120);
+        const double t277 = ur5_select_lt(t157, t166, t265, t276);
+        const double t278 = -t277;
+        const double t279 = t120 - t277;
+        const double t280 = t279 * t279;
+        const double t281 = t280 + t272;
+        const double t282 = t118 * t281;
+        const double t283 = ur5_select_lt(t282, 1e-19, 1.0, 0.0);
+        const double t284 = t283 * t61;
+        const double t285 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t277;
+        const double t286 = t269 - t285;
+        const double t287 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t277;
+        const double t288 = t270 - t287;
+        const double t289 = 0.09465 * t277;
+        const double t290 = t64 - t289;
+        const double t291 = t290 * t290;
+        const double t292 = t275 + t291;
+        const double t293 = 2.99928766917857 * t292;
+        const double t294 = 0.0267649375 + t292;
+        const double t295 = t293 - 2.0032169234806734;
+        const double t296 = t293 - 0.00321692348067334;
+        const double t297 = t295 * t296;
+        const double t298 = t296 - 1.0;
+        const double t299 = 0.39225 * t296;
+        const double t300 = 0.03275 + t299;
+        const double t301 = 1.57035056421225e-11 * t294;
+        const double t302 = ur5_select_lt(t297, t301, 1.0, 0.0);
+        const double t303 = t302 * t284;
+        t[49][i] = t303;
+        t[51][i] = t303;
+        const double t304 = 1.5335454728635255e-14 * t294;
+        const double t305 = -t297;
+        const double t306 = ur5_select_lt(t304, t305, t305, 0.0);
+        const double t307 = -t204;
+        const double t308 = ur5_select_lt(t182, 0.0, t307, t204);
+        const double t309 = t67 * t308;
+        const double t310 = t309 - t188;
+        const double t311 = t64 * t308;
+        const double t312 = t186 + t311;
+        const double t313 = (-0.09465) * t312;
+        const double t314 = 0.09465 * t310;
+        const double t315 = t134 * t314;
+        const double t316 = t134 * t313;
+        const double t317 = ur5_select_lt(t165, t183, t315, t128);
+        const double t318 = ur5_select_lt(t183, t166, t315, t317);
+        const double t319 = ur5_select_lt(t165, t183, t316, t129);
+        const double t320 = ur5_select_lt(t183, t166, t316, t319);
+        const double t321 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t318;
+        const double t322 = t94 * t320;
+        const double t323 = t321 + t322;
+        const double t324 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t318;
+        const double t325 = t97 * t320;
+        const double t326 = t324 + t325;
+        const double t327 = t318 - t128;
+        const double t328 = t327 * t327;
+        const double t329 = 0.09465 * t318;
+        const double t330 = t64 + t329;
+        const double t331 = t330 * t330;
+        const double t332 = t320 - t129;
+        const double t333 = t332 * t332;
+        const double t334 = t328 + t333;
+        const double t335 = t334 * t126;
+        const double t336 = ur5_select_lt(t335, 1e-19, 1.0, 0.0);
+        const double t337 = 0.09465 * t320;
+        const double t338 = t67 + t337;
+        const double t339 = t338 * t338;
+        const double t340 = t339 + t331;
+        const double t341 = t61 * t336;
+        const double t342 = 2.99928766917857 * t340;
+        const double t343 = 0.0267649375 + t340;
+        const double t344 = t342 - 2.0032169234806734;
+        const double t345 = t342 - 0.00321692348067334;
+        const double t346 = t344 * t345;
+        const double t347 = t345 - 1.0;
+        const double t348 = 0.39225 * t345;
+        const double t349 = 0.03275 + t348;
+        const double t350 = 1.57035056421225e-11 * t343;
+        const double t351 = ur5_select_lt(t346, t350, 1.0, 0.0);
+        const double t352 = t351 * t341;
+        t[52][i] = t352;
+        t[54][i] = t352;
+        const double t353 = 1.5335454728635255e-14 * t343;
+        const double t354 = -t346;
+        const double t355 = ur5_select_lt(t353, t354, t354, 0.0);
+        const double t356 = -t205;
+        const double t357 = ur5_select_lt(t181, 0.0, t356, t205);
+        const double t358 = t67 * t357;
+        const double t359 = t358 - t189;
+        const double t360 = t64 * t357;
+        const double t361 = t187 + t360;
+        const double t362 = 0.09465 * t361;
+        const double t363 = 0.09465 * t359;
+        const double t364 = t134 * t363;
+        const double t365 = t134 * t362;
+        const double t366 = ur5_select_lt(t165, t180, t364, t131);
+        const double t367 = ur5_select_lt(t180, t166, t364, t366);
+        const double t368 = ur5_select_lt(t165, t180, t365, t129);
+        const double t369 = ur5_select_lt(t180, t166, t365, t368);
+        const double t370 = t94 * t369;
+        const double t371 = t97 * t369;
+        const double t372 = -t369;
+        const double t373 = t128 + t367;
+        const double t374 = t373 * t373;
+        const double t375 = t129 - t369;
+        const double t376 = t375 * t375;
+        const double t377 = t374 + t376;
+        const double t378 = t126 * t377;
+        const double t379 = ur5_select_lt(t378, 1e-19, 1.0, 0.0);
+        const double t380 = t61 * t379;
+        const double t381 = 0.09465 * t369;
+        const double t382 = t67 - t381;
+        const double t383 = t382 * t382;
+        const double t384 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t367;
+        const double t385 = t384 - t370;
+        const double t386 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t367;
+        const double t387 = t386 - t371;
+        const double t388 = 0.09465 * t367;
+        const double t389 = t64 + t388;
+        const double t390 = t389 * t389;
+        const double t391 = t383 + t390;
+        const double t392 = 2.99928766917857 * t391;
+        const double t393 = 0.0267649375 + t391;
+        const double t394 = t392 - 2.0032169234806734;
+        const double t395 = t392 - 0.00321692348067334;
+        const double t396 = t394 * t395;
+        const double t397 = t395 - 1.0;
+        const double t398 = 0.39225 * t395;
+        const double t399 = 0.03275 + t398;
+        const double t400 = 1.57035056421225e-11 * t393;
+        const double t401 = ur5_select_lt(t396, t400, 1.0, 0.0);
+        const double t402 = t401 * t380;
+        t[53][i] = t402;
+        t[55][i] = t402;
+        const double t403 = 1.5335454728635255e-14 * t393;
+        const double t404 = -t396;
+        const double t405 = ur5_select_lt(t403, t404, t404, 0.0);
+        const double t406 = ur5_atan2(t221, t219);
+        const double t407 = ur5_atan2(t224, t227);
+        t[5][i] = t407;
+        t[17][i] = t407;
+        const double t408 = ur5_atan2(t231, t239);
+        const double t409 = ur5_atan2(t268, t278);
+        const double t410 = ur5_atan2(t286, t288);
+        t[11][i] = t410;
+        t[23][i] = t410;
+        const double t411 = ur5_atan2(t290, t274);
+        const double t412 = ur5_atan2(t320, t318);
+        const double t413 = ur5_atan2(t323, t326);
+        t[29][i] = t413;
+        t[41][i] = t413;
+        const double t414 = ur5_atan2(t330, t338);
+        const double t415 = ur5_atan2(t372, t367);
+        const double t416 = ur5_atan2(t385, t387);
+        t[35][i] = t416;
+        t[47][i] = t416;
+        const double t417 = ur5_atan2(t389, t382);
+        const double t418 = ur5_sqrt(t256);
+        const double t419 = ur5_sqrt(t306);
+        const double t420 = ur5_sqrt(t355);
+        const double t421 = ur5_sqrt(t405);
+        const double t422 = t418 * 0.39225;
+        const double t423 = 0.39225 * t419;
+        const double t424 = 0.39225 * t420;
+        const double t425 = 0.39225 * t421;
+        const double t426 = ur5_atan2(t418, t248);
+        t[2][i] = t426;
+        const double t427 = ur5_atan2(t422, t250);
+        const double t428 = ur5_atan2(t419, t298);
+        t[8][i] = t428;
+        const double t429 = ur5_atan2(t423, t300);
+        const double t430 = ur5_atan2(t420, t347);
+        t[38][i] = t430;
+        const double t431 = ur5_atan2(t424, t349);
+        const double t432 = ur5_atan2(t421, t397);
+        t[44][i] = t432;
+        const double t433 = ur5_atan2(t425, t399);
+        const double t434 = -t426;
+        t[14][i] = t434;
+        const double t435 = -t428;
+        t[20][i] = t435;
+        const double t436 = -t430;
+        t[26][i] = t436;
+        const double t437 = -t432;
+        t[32][i] = t437;
+        const double t438 = t427 - t408;
+        const double t439 = 3.141592653589793 + t438;
+        const double t440 = t439 - 6.283185307179586;
+        const double t441 = ur5_select_lt(3.141592653589793, t439, t440, t439);
+        const double t442 = -t441;
+        t[1][i] = t442;
+        const double t443 = t406 + t426;
+        const double t444 = t406 - t426;
+        const double t445 = t443 - t427;
+        const double t446 = t408 + t445;
+        const double t447 = t446 - 3.141592653589793;
+        const double t448 = t427 + t444;
+        const double t449 = t427 + t408;
+        const double t450 = t408 + t448;
+        const double t451 = t449 - 3.141592653589793;
+        const double t452 = t450 - 3.141592653589793;
+        const double t453 = 6.283185307179586 + t447;
+        const double t454 = -t447;
+        const double t455 = ur5_select_lt(3.141592653589793, t454, t453, t447);
+        const double t456 = 6.283185307179586 + t455;
+        const double t457 = -t455;
+        const double t458 = ur5_select_lt(3.141592653589793, t457, t456, t455);
+        const double t459 = 6.283185307179586 - t458;
+        const double t460 = -t458;
+        const double t461 = ur5_select_lt(3.141592653589793, t458, t459, t460);
+        t[3][i] = t461;
+        const double t462 = t429 - t411;
+        const double t463 = 3.141592653589793 + t462;
+        const double t464 = t463 - 6.283185307179586;
+        const double t465 = ur5_select_lt(3.141592653589793, t463, t464, t463);
+        const double t466 = -t465;
+        t[7][i] = t466;
+        const double t467 = t409 + t428;
+        const double t468 = t409 - t428;
+        const double t469 = t467 - t429;
+        const double t470 = t411 + t469;
+        const double t471 = t470 - 3.141592653589793;
+        const double t472 = t429 + t468;
+        const double t473 = t429 + t411;
+        const double t474 = t411 + t472;
+        const double t475 = t473 - 3.141592653589793;
+        const double t476 = t474 - 3.141592653589793;
+        const double t477 = 6.283185307179586 + t471;
+        const double t478 = -t471;
+        const double t479 = ur5_select_lt(3.141592653589793, t478, t477, t471);
+        const double t480 = 6.283185307179586 + t479;
+        const double t481 = -t479;
+        const double t482 = ur5_select_lt(3.141592653589793, t481, t480, t479);
+        const double t483 = 6.283185307179586 - t482;
+        const double t484 = -t482;
+        const double t485 = ur5_select_lt(3.141592653589793, t482, t483, t484);
+        t[9][i] = t485;
+        const double t486 = 6.283185307179586 + t451;
+        const double t487 = ur5_select_lt(t451, (-3.141592653589793), t486, t451);
+        t[13][i] = t487;
+        const double t488 = 6.283185307179586 + t452;
+        const double t489 = -t452;
+        const double t490 = ur5_select_lt(3.141592653589793, t489, t488, t452);
+        const double t491 = 6.283185307179586 + t490;
+        const double t492 = -t490;
+        const double t493 = ur5_select_lt(3.141592653589793, t492, t491, t490);
+        const double t494 = 6.283185307179586 - t493;
+        const double t495 = -t493;
+        const double t496 = ur5_select_lt(3.141592653589793, t493, t494, t495);
+        t[15][i] = t496;
+        const double t497 = 6.283185307179586 + t475;
+        const double t498 = ur5_select_lt(t475, (-3.141592653589793), t497, t475);
+        t[19][i] = t498;
+        const double t499 = 6.283185307179586 + t476;
+        const double t500 = -t476;
+        const double t501 = ur5_select_lt(3.141592653589793, t500, t499, t476);
+        const double t502 = 6.283185307179586 + t501;
+        const double t503 = -t501;
+        const double t504 = ur5_select_lt(3.141592653589793, t503, t502, t501);
+        const double t505 = 6.283185307179586 - t504;
+        const double t506 = -t504;
+        const double t507 = ur5_select_lt(3.141592653589793, t504, t505, t506);
+        t[21][i] = t507;
+        const double t508 = t431 + t414;
+        const double t509 = t508 - 3.141592653589793;
+        const double t510 = 6.283185307179586 + t509;
+        const double t511 = ur5_select_lt(t509, (-3.141592653589793), t510, t509);
+        t[25][i] = t511;
+        const double t512 = t412 - t430;
+        const double t513 = t412 + t430;
+        const double t514 = t431 + t512;
+        const double t515 = t414 + t514;
+        const double t516 = t515 - 3.141592653589793;
+        const double t517 = t513 - t431;
+        const double t518 = t431 - t414;
+        const double t519 = t414 + t517;
+        const double t520 = 3.141592653589793 + t518;
+        const double t521 = t519 - 3.141592653589793;
+        const double t522 = 6.283185307179586 + t516;
+        const double t523 = -t516;
+        const double t524 = ur5_select_lt(3.141592653589793, t523, t522, t516);
+        const double t525 = 6.283185307179586 + t524;
+        const double t526 = -t524;
+        const double t527 = ur5_select_lt(3.141592653589793, t526, t525, t524);
+        const double t528 = 6.283185307179586 - t527;
+        const double t529 = -t527;
+        const double t530 = ur5_select_lt(3.141592653589793, t527, t528, t529);
+        t[27][i] = t530;
+        const double t531 = t433 + t417;
+        const double t532 = t531 - 3.141592653589793;
+        const double t533 = 6.283185307179586 + t532;
+        const double t534 = ur5_select_lt(t532, (-3.141592653589793), t533, t532);
+        t[31][i] = t534;
+        const double t535 = t415 - t432;
+        const double t536 = t415 + t432;
+        const double t537 = t433 + t535;
+        const double t538 = t417 + t537;
+        const double t539 = t538 - 3.141592653589793;
+        const double t540 = t536 - t433;
+        const double t541 = t433 - t417;
+        const double t542 = t417 + t540;
+        const double t543 = 3.141592653589793 + t541;
+        const double t544 = t542 - 3.141592653589793;
+        const double t545 = 6.283185307179586 + t539;
+        const double t546 = -t539;
+        const double t547 = ur5_select_lt(3.141592653589793, t546, t545, t539);
+        const double t548 = 6.283185307179586 + t547;
+        const double t549 = -t547;
+        const double t550 = ur5_select_lt(3.141592653589793, t549, t548, t547);
+        const double t551 = 6.283185307179586 - t550;
+        const double t552 = -t550;
+        const double t553 = ur5_select_lt(3.141592653589793, t550, t551, t552);
+        t[33][i] = t553;
+        const double t554 = t520 - 6.283185307179586;
+        const double t555 = ur5_select_lt(3.141592653589793, t520, t554, t520);
+        const double t556 = -t555;
+        t[37][i] = t556;
+        const double t557 = 6.283185307179586 + t521;
+        const double t558 = -t521;
+        const double t559 = ur5_select_lt(3.141592653589793, t558, t557, t521);
+        const double t560 = 6.283185307179586 + t559;
+        const double t561 = -t559;
+        const double t562 = ur5_select_lt(3.141592653589793, t561, t560, t559);
+        const double t563 = 6.283185307179586 - t562;
+        const double t564 = -t562;
+        const double t565 = ur5_select_lt(3.141592653589793, t562, t563, t564);
+        t[39][i] = t565;
+        const double t566 = t543 - 6.283185307179586;
+        const double t567 = ur5_select_lt(3.141592653589793, t543, t566, t543);
+        const double t568 = -t567;
+        t[43][i] = t568;
+        const double t569 = 6.283185307179586 + t544;
+        const double t570 = -t544;
+        const double t571 = ur5_select_lt(3.141592653589793, t570, t569, t544);
+        const double t572 = 6.283185307179586 + t571;
+        const double t573 = -t571;
+        const double t574 = ur5_select_lt(3.141592653589793, t573, t572, t571);
+        const double t575 = 6.283185307179586 - t574;
+        const double t576 = -t574;
+        const double t577 = ur5_select_lt(3.141592653589793, t574, t575, t576);
+        t[45][i] = t577;
+    }
+}
+
+void ur5_inverse_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout)
+{
+    double base_T_tool_copy[12][SHORT_TILE];
+    double t[56][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input base_T_tool_tile = find_tile_12_of_16_short(base_T_tool, base_T_tool_pose, base_T_tool_joint, n, base_T_tool_copy);
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        ur5_inverse_tile(base_T_tool_tile.first, base_T_tool_tile.pose, base_T_tool_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            base_T_tool_tile = find_tile_12_of_16_short(base_T_tool + (first + SHORT_TILE) * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint, left - SHORT_TILE, base_T_tool_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 48, count, solutions + first, solutions_stride);
+            store_truth_rows_short(results + 48, 8, count, valid + first, valid_stride);
+        } else {
+            store_numbers_short(results, 48, count, solutions + first * solutions_stride, solutions_stride);
+            store_truths_short(results + 48, 8, count, valid + first * valid_stride, valid_stride);
+        }
+    }
+}
+
+static inline void ur5_fk_jacobian_tile(const double *restrict q, ptrdiff_t q_pose, ptrdiff_t q_joint, double (*restrict t)[SHORT_TILE])
+{
+    for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
+        const double q23 = q[i * q_pose + 1 * q_joint] + q[i * q_pose + 2 * q_joint];
+        const double q234 = q[i * q_pose + 3 * q_joint] + q23;
+        double s1;
+        double c1;
+        ur5_sincos(q[i * q_pose + 0 * q_joint], &s1, &c1);
+        t[31][i] = s1;
+        t[32][i] = s1;
+        t[33][i] = s1;
+        double s2;
+        double c2;
+        ur5_sincos(q[i * q_pose + 1 * q_joint], &s2, &c2);
+        double s23;
+        double c23;
+        ur5_sincos(q23, &s23, &c23);
+        double s234;
+        double c234;
+        ur5_sincos(q234, &s234, &c234);
+        double s5;
+        double c5;
+        ur5_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
+        double s6;
+        double c6;
+        ur5_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
+        const double t0 = c23 * 0.39225;
+        const double t1 = s23 * 0.39225;
+        const double t2 = c2 * 0.425;
+        const double t3 = s2 * 0.425;
+        const double t4 = c1 * s234;
+        t[34][i] = t4;
+        const double t5 = s1 * s234;
+        t[40][i] = t5;
+        const double t6 = -c1;
+        t[37][i] = t6;
+        t[38][i] = t6;
+        t[39][i] = t6;
+        const double t7 = -c234;
+        t[46][i] = t7;
+        const double t8 = c5 * c6;
+        const double t9 = s5 * c6;
+        const double t10 = s5 * 0.0823;
+        const double t11 = c5 * (-0.0823);
+        const double t12 = s234 * t11;
+        t[28][i] = t12;
+        const double t13 = 0.10915 - t11;
+        const double t14 = c234 * t11;
+        const double t15 = s234 * s6;
+        const double t16 = c234 * s6;
+        const double t17 = c234 * t8;
+        const double t18 = t17 - t15;
+        const double t19 = s234 * t8;
+        const double t20 = t19 + t16;
+        t[8][i] = t20;
+        const double t21 = c234 * s5;
+        const double t22 = s234 * s5;
+        const double t23 = -t22;
+        t[10][i] = t23;
+        t[47][i] = t23;
+        const double t24 = s234 * 0.09465;
+        const double t25 = s234 * t10;
+        const double t26 = c234 * t10;
+        const double t27 = t24 - t26;
+        t[27][i] = t27;
+        const double t28 = t27 - t0;
+        t[26][i] = t28;
+        const double t29 = t28 - t2;
+        t[25][i] = t29;
+        const double t30 = c234 * 0.09465;
+        const double t31 = t30 + t25;
+        const double t32 = t31 + t1;
+        const double t33 = t32 + t3;
+        const double t34 = 0.089159 - t33;
+        t[11][i] = t34;
+        const double t35 = c1 * t33;
+        t[13][i] = t35;
+        const double t36 = s1 * t33;
+        t[19][i] = t36;
+        const double t37 = c1 * t32;
+        t[14][i] = t37;
+        const double t38 = s1 * t32;
+        t[20][i] = t38;
+        const double t39 = c1 * t31;
+        t[15][i] = t39;
+        const double t40 = s1 * t31;
+        t[21][i] = t40;
+        const double t41 = s1 * t9;
+        const double t42 = c1 * t9;
+        const double t43 = c1 * t18;
+        const double t44 = t41 + t43;
+        t[0][i] = t44;
+        const double t45 = s1 * t18;
+        const double t46 = t45 - t42;
+        t[4][i] = t46;
+        const double t47 = s1 * c5;
+        const double t48 = c1 * c5;
+        const double t49 = c1 * t21;
+        const double t50 = t47 - t49;
+        t[2][i] = t50;
+        t[35][i] = t50;
+        const double t51 = s1 * t21;
+        const double t52 = t51 + t48;
+        const double t53 = -t52;
+        t[6][i] = t53;
+        t[41][i] = t53;
+        const double t54 = t20 * t52;
+        const double t55 = t20 * t50;
+        const double t56 = t44 * t52;
+        const double t57 = t22 * t44;
+        const double t58 = t55 + t57;
+        const double t59 = -t58;
+        t[5][i] = t59;
+        const double t60 = t22 * t46;
+        const double t61 = t60 - t54;
+        t[1][i] = t61;
+        const double t62 = t46 * t50;
+        const double t63 = t56 + t62;
+        t[9][i] = t63;
+        const double t64 = s1 * t13;
+        const double t65 = c1 * t13;
+        const double t66 = c1 * t29;
+        const double t67 = t64 + t66;
+        t[3][i] = t67;
+        t[18][i] = t67;
+        const double t68 = s1 * t29;
+        const double t69 = t65 - t68;
+        t[12][i] = t69;
+        const double t70 = -t69;
+        t[7][i] = t70;
+        const double t71 = s1 * t10;
+        const double t72 = c1 * t10;
+        const double t73 = c1 * t14;
+        const double t74 = t73 - t71;
+        t[16][i] = t74;
+        const double t75 = s1 * t14;
+        const double t76 = t72 + t75;
+        t[22][i] = t76;
+    }
+}
+
+void ur5_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout)
+{
+    double q_copy[6][SHORT_TILE];
+    double t[48][SHORT_TILE];
+    const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
+
+    if (n == 0) {
+        return;
+    }
+    tile_input q_tile = find_tile_6_short(q, q_pose, q_joint, n, q_copy);
+    for (int i = 0; i < SHORT_TILE; i++) {
+        t[17][i] = 0.0;
+        t[23][i] = 0.0;
+        t[24][i] = 0.0;
+        t[29][i] = 0.0;
+        t[30][i] = 0.0;
+        t[36][i] = 0.0;
+        t[42][i] = 1.0;
+        t[43][i] = 0.0;
+        t[44][i] = 0.0;
+        t[45][i] = 0.0;
+    }
+    for (size_t start = 0; start < n; start += SHORT_TILE) {
+        const size_t left = n - start;
+        const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        ur5_fk_jacobian_tile(q_tile.first, q_tile.pose, q_tile.joint, t);
+        if (left > SHORT_TILE) {
+            /* Before the results are stored, so that a copy has come to rest when its vectors are loaded. */
+            q_tile = find_tile_6_short(q + (first + SHORT_TILE) * q_pose, q_pose, q_joint, left - SHORT_TILE, q_copy);
+        }
+        if (layout == 2) {
+            store_rows_short(results, 12, count, base_T_tool + first, base_T_tool_stride);
+            store_rows_short(results + 12, 36, count, jacobian + first, jacobian_stride);
+        } else if (layout == 1) {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 0);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        } else {
+            store_matrices_short(results, 1, count, base_T_tool + first * base_T_tool_stride, base_T_tool_stride, 1);
+            store_numbers_short(results + 12, 36, count, jacobian + first * jacobian_stride, jacobian_stride);
+        }
+    }
+}
+
+/* Targets that are looked at together, their solutions in rows. */
+enum { NEAREST_BLOCK = 32 };
+
+/* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
+   none does. */
+UR5_INLINE double ur5_turned(const double s, const double w, const double turn, const double per_turn,
+    const double lowest, const double highest)
+{
+    /* The nearest number of turns; adding 6755399441055744.0 rounds to an integer. */
+    const double from_lowest = (w < lowest) ? lowest : w;
+    const double aim = (from_lowest > highest) ? highest : from_lowest;
+    const double apart = aim - s;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double added = count * turn;
+    const double nearest = s + added;
+
+    /* One turn back where that passes a limit. */
+    const double over = (nearest > highest) ? 1.0 : 0.0;
+    const double under = (nearest < lowest) ? 1.0 : 0.0;
+    const double fewer = count - over;
+    const double within = fewer + under;
+    const double kept = within * turn;
+    const double moved = s + kept;
+    const double not_below = (moved < lowest) ? s : moved;
+    return (not_below > highest) ? s : not_below;
+}
+
+/* Takes one branch where its solution is nearer than the nearest so far. */
+UR5_INLINE void ur5_take_nearer(const double (*restrict s)[NEAREST_BLOCK], const uint8_t *restrict valid,
+    const double (*restrict w)[NEAREST_BLOCK], double (*restrict chosen)[NEAREST_BLOCK], double *restrict least)
+{
+    for (int i = 0; i < NEAREST_BLOCK; i++) {
+        const double moved0 = ur5_turned(s[0][i], w[0][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart0 = moved0 - w[0][i];
+        const double square0 = apart0 * apart0;
+        const double sum0 = square0;
+        const double moved1 = ur5_turned(s[1][i], w[1][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart1 = moved1 - w[1][i];
+        const double square1 = apart1 * apart1;
+        const double sum1 = sum0 + square1;
+        const double moved2 = ur5_turned(s[2][i], w[2][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart2 = moved2 - w[2][i];
+        const double square2 = apart2 * apart2;
+        const double sum2 = sum1 + square2;
+        const double moved3 = ur5_turned(s[3][i], w[3][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart3 = moved3 - w[3][i];
+        const double square3 = apart3 * apart3;
+        const double sum3 = sum2 + square3;
+        const double moved4 = ur5_turned(s[4][i], w[4][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart4 = moved4 - w[4][i];
+        const double square4 = apart4 * apart4;
+        const double sum4 = sum3 + square4;
+        const double moved5 = ur5_turned(s[5][i], w[5][i], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587);
+        const double apart5 = moved5 - w[5][i];
+        const double square5 = apart5 * apart5;
+        const double sum5 = sum4 + square5;
+        const double distance = (valid[i] != 0U) ? sum5 : 1.7976931348623157e+308;
+        const double before = least[i];
+        chosen[0][i] = (distance < before) ? moved0 : chosen[0][i];
+        chosen[1][i] = (distance < before) ? moved1 : chosen[1][i];
+        chosen[2][i] = (distance < before) ? moved2 : chosen[2][i];
+        chosen[3][i] = (distance < before) ? moved3 : chosen[3][i];
+        chosen[4][i] = (distance < before) ? moved4 : chosen[4][i];
+        chosen[5][i] = (distance < before) ? moved5 : chosen[5][i];
+        least[i] = (distance < before) ? distance : before;
+    }
+}
+
+void ur5_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const double *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, double *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout)
+{
+    double solutions[UR5_BRANCHES * UR5_DOF][NEAREST_BLOCK];
+    uint8_t valid[UR5_BRANCHES][NEAREST_BLOCK];
+    double w[UR5_DOF][NEAREST_BLOCK];
+    double chosen[UR5_DOF][NEAREST_BLOCK];
+    double least[NEAREST_BLOCK];
+
+    for (size_t start = 0; start < n; start += NEAREST_BLOCK) {
+        const int count = (n - start < NEAREST_BLOCK) ? (int)(n - start) : NEAREST_BLOCK;
+        const ptrdiff_t first = (ptrdiff_t)start;
+        ur5_inverse_batch((size_t)count, base_T_tool + first * base_T_tool_pose, base_T_tool_pose, base_T_tool_joint,
+            &solutions[0][0], NEAREST_BLOCK, &valid[0][0], NEAREST_BLOCK, 2);
+
+        /* A last block that is not full is filled up with zeros. */
+        for (int i = count; i < NEAREST_BLOCK; i++) {
+            for (int row = 0; row < UR5_BRANCHES * UR5_DOF; row++) {
+                solutions[row][i] = 0;
+            }
+            for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+                valid[branch][i] = 0;
+            }
+        }
+        for (int joint = 0; joint < UR5_DOF; joint++) {
+            for (int i = 0; i < NEAREST_BLOCK; i++) {
+                w[joint][i] = (i < count) ? q0[(first + i) * q0_pose + joint * q0_joint] : 0.0;
+                chosen[joint][i] = 0.0;
+            }
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            least[i] = 1.7976931348623157e+308;
+        }
+        for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+            ur5_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * UR5_DOF], valid[branch],
+                (const double (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        for (int i = 0; i < count; i++) {
+            int serves = (least[i] < 1.7976931348623157e+308) ? 1 : 0;
+            serves = ((w[0][i] >= -62831.853071795864) && (w[0][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[1][i] >= -62831.853071795864) && (w[1][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[2][i] >= -62831.853071795864) && (w[2][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[3][i] >= -62831.853071795864) && (w[3][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[4][i] >= -62831.853071795864) && (w[4][i] <= 62831.853071795864)) ? serves : 0;
+            serves = ((w[5][i] >= -62831.853071795864) && (w[5][i] <= 62831.853071795864)) ? serves : 0;
+            const double huge = (serves == 0) ? 1.7976931348623157e+308 : 0.0;
+            const double infinite = huge * huge;
+            const double nothing = infinite - infinite; /* 0 or NaN */
+            const ptrdiff_t place = first + i;
+            for (int joint = 0; joint < UR5_DOF; joint++) {
+                q[(layout == 2) ? joint * q_stride + place : place * q_stride + joint] = chosen[joint][i] + nothing;
+            }
+            exists[(layout == 2) ? place : place * exists_stride] = (uint8_t)serves;
         }
     }
 }

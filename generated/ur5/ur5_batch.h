@@ -1,4 +1,4 @@
-/* ur5_batch.h - Batches: forward kinematics of ur5, double precision
+/* ur5_batch.h - Batches: kinematics of ur5, double precision
  *
  * Universal Robots UR5, table published by the manufacturer
  *
@@ -41,6 +41,15 @@ void ur5_frames_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_j
 
 /* Position of the tool's origin in the base frame. 3 numbers for each configuration. */
 void ur5_position_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_p_tool, ptrdiff_t base_p_tool_stride, int layout);
+
+/* Joint values of all branches for a pose of the tool, and which of them are solutions. 56 numbers for each configuration. */
+void ur5_inverse_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, double *solutions, ptrdiff_t solutions_stride, uint8_t *valid, ptrdiff_t valid_stride, int layout);
+
+/* Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in the axes of the base. 48 numbers for each configuration. */
+void ur5_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose, ptrdiff_t q_joint, double *base_T_tool, ptrdiff_t base_T_tool_stride, double *jacobian, ptrdiff_t jacobian_stride, int layout);
+
+/* Of all solutions of ur5_inverse the nearest one to a joint vector each, as ur5_inverse_nearest has it; exists is 1 or 0. */
+void ur5_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t base_T_tool_pose, ptrdiff_t base_T_tool_joint, const double *q0, ptrdiff_t q0_pose, ptrdiff_t q0_joint, double *q, ptrdiff_t q_stride, uint8_t *exists, ptrdiff_t exists_stride, int layout);
 
 #ifdef __cplusplus
 }

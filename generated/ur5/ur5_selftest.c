@@ -8,6 +8,7 @@
  */
 
 /* On a board: call ur5_selftest() and compare with UR5_TOLERANCE.
+ * Call ur5_selftest_inverse() and compare with UR5_INVERSE_TOLERANCE.
  * Call ur5_selftest_sincos() and compare with UR5_PAIR_TOLERANCE.
  * On a host: cc -std=c99 -DKINEGEN_SELFTEST_MAIN ur5_selftest.c ur5.c && ./a.out
  */
@@ -17,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdbool.h>
+#ifdef KINEGEN_SELFTEST_MAIN
 #include <stdio.h>
 #endif
 
@@ -96,7 +97,7 @@ static void ur5_sincos(const double x, double *s, double *c)
     const double dw = up - half;
     const double rrl = r * rl;
     const double low_c = dw - rrl;
-    const double c6 = z * -1.1359938741538309e-11;
+    const double c6 = z * -1.135993874153831e-11;
     const double c5 = c6 + 2.0875729395041473e-09;
     const double c5z = c5 * z;
     const double c4 = c5z - 2.755731440201029e-07;
@@ -133,10 +134,10 @@ static void ur5_sincos(const double x, double *s, double *c)
     const double even_s = k + 13510798882111488.0;
     const double near_s = even_s - 13510798882111488.0;
     const double sin_k = k - near_s;
-    const double next = k + 1.0;
-    const double even_c = next + 13510798882111488.0;
+    const double after = k + 1.0;
+    const double even_c = after + 13510798882111488.0;
     const double near_c = even_c - 13510798882111488.0;
-    const double cos_k = next - near_c;
+    const double cos_k = after - near_c;
 
     /* The sum of the two angles; of each pair of products one is zero, so nothing is rounded. */
     const double ss = sin_r * cos_k;
@@ -195,6 +196,16 @@ static double ur5_worst_constant(double worst, double found, double expected)
     return ((found >= expected) && (found <= expected)) ? worst : -1.0;
 }
 
+/* The same angle, at most half a turn away from what is expected; a turn of 0 means that it is not an angle. */
+static double ur5_turned(double found, double expected, double turn)
+{
+    const double difference = found - expected;
+    const double twice = difference + difference;
+    const double above = (twice > turn) ? turn : 0.0;
+    const double below = (twice < -turn) ? turn : 0.0;
+    return (found - above) + below;
+}
+
 double ur5_selftest(void)
 {
     double worst = 0.0;
@@ -240,6 +251,82 @@ double ur5_selftest(void)
                 worst = ur5_worst_part(worst, found[entry], ur5_read(&ur5_position_expected[vector][entry]), accepted);
             }
         }
+        {
+            double base_T_tool[16];
+            double jacobian[36];
+            ur5_fk_jacobian(given_q, base_T_tool, jacobian);
+            const double *const found_base_T_tool = &base_T_tool[0];
+            for (int frame = 0; frame < 1; frame++) {
+                for (int entry = 0; entry < 12; entry++) {
+                    const double accepted = ur5_read(&ur5_fk_jacobian_accepted_base_T_tool[(frame * 12) + entry]);
+                    worst = ur5_worst_part(worst, found_base_T_tool[(frame * 16) + entry], ur5_read(&ur5_fk_jacobian_expected_base_T_tool[vector][(frame * 12) + entry]), accepted);
+                }
+                for (int entry = 12; entry < 16; entry++) {
+                    const double constant = (entry == 15) ? 1.0 : 0.0;
+                    worst = ur5_worst_constant(worst, found_base_T_tool[(frame * 16) + entry], constant);
+                }
+            }
+            const double *const found_jacobian = &jacobian[0];
+            for (int entry = 0; entry < 36; entry++) {
+                const double accepted = ur5_read(&ur5_fk_jacobian_accepted_jacobian[entry]);
+                worst = ur5_worst_part(worst, found_jacobian[entry], ur5_read(&ur5_fk_jacobian_expected_jacobian[vector][entry]), accepted);
+            }
+        }
+    }
+    return worst;
+}
+
+/* How far the chosen solution is from the joint vector that it has to be nearest to; -1 if there is none, or if one is
+   chosen for a joint vector that is too far away. The first entry of wanted is overwritten. */
+static double ur5_choice(const double pose[16], double wanted[UR5_DOF], const double *extents)
+{
+    double chosen[UR5_DOF];
+    double worst = (ur5_inverse_nearest(pose, wanted, chosen) == 1) ? 0.0 : -1.0;
+    for (int joint = 0; joint < UR5_DOF; joint++) {
+        worst = ur5_worst_part(worst, chosen[joint], wanted[joint], ur5_read(&extents[joint]));
+    }
+    wanted[0] = 1.7976931348623157e+308;
+    worst = (ur5_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
+    for (int joint = 0; joint < UR5_DOF; joint++) {
+        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
+        worst = is_number ? -1.0 : worst;
+    }
+    return worst;
+}
+
+double ur5_selftest_inverse(void)
+{
+    static const double turns[UR5_DOF] UR5_FLASH = {6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586, 6.283185307179586};
+    static const double extents[UR5_DOF] UR5_FLASH = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+    double worst = 0.0;
+    for (int target = 0; target < UR5_TARGETS; target++) {
+        double pose[16];
+        double wanted[UR5_DOF];
+        ur5_load(pose, ur5_inverse_targets[target], 16);
+        ur5_load(wanted, ur5_inverse_joints[target], UR5_DOF);
+        double nearest = -1.0;
+        double solutions[UR5_BRANCHES][UR5_DOF];
+        uint8_t valid[UR5_BRANCHES];
+        ur5_inverse(pose, solutions, valid);
+        for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+            double distance = 0.0;
+            for (int joint = 0; joint < UR5_DOF; joint++) {
+                const double found = solutions[branch][joint];
+                const double near = ur5_turned(found, wanted[joint], ur5_read(&turns[joint]));
+                distance = ur5_worst_part(distance, near, wanted[joint], ur5_read(&extents[joint]));
+            }
+            if ((valid[branch] != 0U) && (distance >= 0.0) &&
+                ((nearest < 0.0) || (distance < nearest))) {
+                nearest = distance;
+            }
+        }
+        const double apart = ur5_choice(pose, wanted, extents);
+        if ((nearest >= 0.0) && ((apart < 0.0) || (apart > nearest))) {
+            nearest = apart;
+        }
+        if (!((worst >= 0.0) && (nearest >= 0.0) && (nearest <= worst))) {
+            worst = ((worst < 0.0) || (nearest < 0.0)) ? -1.0 : nearest;
+        }
     }
     return worst;
 }
@@ -266,10 +353,14 @@ int main(void)
     const bool right = (worst >= 0.0) && (worst <= UR5_TOLERANCE);
     (void)printf("ur5: %d vectors, largest difference %.3g of the accepted one: %s\n", UR5_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
+    const double off = ur5_selftest_inverse();
+    const bool solved = (off >= 0.0) && (off <= UR5_INVERSE_TOLERANCE);
+    (void)printf("ur5: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", UR5_TARGETS,
+                 (double)off, (double)UR5_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = ur5_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= UR5_PAIR_TOLERANCE);
     (void)printf("ur5: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", UR5_PAIRS,
                  (double)error, (double)UR5_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
-    return (right && exact) ? 0 : 1;
+    return (right && solved && exact) ? 0 : 1;
 }
 #endif
