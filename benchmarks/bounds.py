@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.build import lower_file
 from kinegen.emit.accuracy import error_bound
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
@@ -29,6 +28,7 @@ from kinegen.ir.program import Program
 from kinegen.naming import function, prefix
 from kinegen.native.compiler import find_compiler
 from kinegen.outputs import USUAL, Quantity
+from kinegen.pipeline import lower_file
 from kinegen.robot.extent import joint_box
 
 ROBOTS = Path(__file__).resolve().parents[1] / "robots"

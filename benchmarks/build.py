@@ -27,7 +27,6 @@ import numpy as np
 from benchmarks.rows import table
 from benchmarks.speed.machine import processor_name
 from kinegen import reference
-from kinegen.build import lower_file
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.files import stamp_of
@@ -38,6 +37,7 @@ from kinegen.naming import EXTENSION
 from kinegen.native.flags import Flags
 from kinegen.native.package import build_extension, interface_of, load_package
 from kinegen.outputs import USUAL
+from kinegen.pipeline import lower_file
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
 from kinegen.verify.samples import vector_samples
@@ -62,7 +62,7 @@ DERIVE = """
 import sys, time
 from pathlib import Path
 from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from kinegen.symbolic.derive import derive
 robot = load(Path(sys.argv[1]))
 begin = time.perf_counter()

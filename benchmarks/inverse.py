@@ -11,7 +11,6 @@ import json
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache, partial
 from itertools import chain, product
@@ -22,17 +21,18 @@ import numpy as np
 
 from benchmarks.solvers import Solver, closed_forms, descents
 from benchmarks.speed.arm import ROBOTS, Array
+from benchmarks.speed.clock import Case, Effort, measure, seconds_of
 from benchmarks.velocity import FLAGS, _instructions
 from kinegen import reference
-from kinegen.build import build, lower_file
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.reals import Real
+from kinegen.formats.load import load
 from kinegen.native.flags import Flags
 from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
+from kinegen.pipeline import build, lower_file
 from kinegen.results import BuildOptions
 from kinegen.robot.extent import joint_box
-from kinegen.robot.load import load
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Aim
@@ -56,7 +56,8 @@ FAMILIES = (
 
 POSES, SINGULAR, BLOCK = 1_000_000, 100_000, 100_000
 SEARCHES, CALLS = 100_000, 20_000
-TURNS, MANY = 5, 25
+EFFORT = Effort(turns=5, patience=5.0)
+MANY = 25
 NEAR, NEARER = 1e-6, 1e-9
 """How near a solution must come to its joint vector, and its pose to the target."""
 
@@ -147,9 +148,8 @@ def searches() -> Iterator[Row]:
     for name in ("iiwa14", "panda"):
         package = _package(name, NUMERIC_INVERSE)
         targets, starts = package.fk(_random(name, SEARCHES)), _random(name, SEARCHES, 1)
-        begin = time.thread_time()
-        found = package.numeric_inverse(targets, starts, tolerances=(NEAR, NEAR))
-        spent = time.thread_time() - begin
+        search = partial(package.numeric_inverse, targets, starts, tolerances=(NEAR, NEAR))
+        spent, found = seconds_of(search), search()
         share = found.solved.mean()
         yield f"{name}: solved to 1e-6 of {SEARCHES:,}, 10 restarts", f"{share:.3%}", "at least 99.9%"
         yield f"{name}: solutions a second on one core", f"{found.solved.sum() / spent:,.0f}", "above 20,000"
@@ -206,15 +206,10 @@ def _compared(name: str, peer: Solver, ours: Solver) -> Row:
     robot = load(ROBOTS / f"{name}.yaml")
     targets = reference.pose(robot, _random(name, peer.targets))[:, 0]
     starts = _random(name, peer.targets, 1)
-    spent: dict[str, list[float]] = {peer.name: [], ours.name: []}
-    count: dict[str, int] = {}
-    for _ in range(TURNS):
-        for solver in (peer, ours):
-            begin = time.process_time()
-            result = solver.run(targets, starts)
-            spent[solver.name].append((time.process_time() - begin) / len(targets))
-            count[solver.name] = count.get(solver.name) or _holding(robot, targets, solver.solutions(result))
-    theirs, mine = (min(spent[each.name]) * 1e6 for each in (peer, ours))
+    both = (peer, ours)
+    count = {each.name: _holding(robot, targets, each.solutions(each.run(targets, starts))) for each in both}
+    timings = measure([Case(each.name, partial(each.run, targets, starts), len(targets)) for each in both], EFFORT)
+    theirs, mine = (timings[each.name].median() * 1e6 for each in both)
     label = f"{name}: {peer.name}: {theirs:.1f} us a target, {count[peer.name]:,} solutions of {len(targets):,}"
     found = f"{theirs / mine:.1f} times ({ours.name.removeprefix('ours, ')}: {mine:.2f} us), {count[ours.name]:,}"
     return label, found, "faster, no fewer"
@@ -288,13 +283,8 @@ def _random(name: str, count: int, seed: int = 0) -> Array:
 
 
 def _seconds(call: Callable[[], object]) -> float:
-    """The least time on the processor of several turns."""
-    found = []
-    for _ in range(TURNS):
-        begin = time.thread_time()
-        call()
-        found.append(time.thread_time() - begin)
-    return min(found)
+    """The time of one call."""
+    return measure([Case("", call, 1)], EFFORT)[""].median()
 
 
 @cache
@@ -322,7 +312,8 @@ _MAIN = r"""
 
 #include "NAME.h"
 
-static double targets[1000][16], solutions[48], valid[8];
+static double targets[1000][16], solutions[8][6];
+static uint8_t valid[8];
 
 int main(int argc, char **argv)
 {

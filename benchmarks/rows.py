@@ -10,17 +10,17 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SIZES = (7, 15, 30, 60, 120, 240)
-STAGES = ("load", "derive", "lower", "emit", "compile", "prove", "measure", "write")
+STAGES = ("load", "derive", "lower", "vectors", "emit", "compile", "prove", "measure", "write")
 
 BUILD = """
 import os, sys
 from pathlib import Path
-from kinegen.build import build
+from kinegen.pipeline import build
 from kinegen.outputs import parse_quantity
 from kinegen.results import BuildOptions
 
@@ -73,16 +73,19 @@ def stage_times(rows: int, outputs: str) -> dict[str, float]:
     return {name: float(seconds) for name, seconds in (line.split() for line in done.stdout.splitlines())}
 
 
-def table(outputs: str = "pose", sizes: tuple[int, ...] = SIZES) -> Iterator[str]:
+def table(
+    outputs: str = "pose", sizes: tuple[int, ...] = SIZES, measure: Callable[[int, str], dict[str, float]] = stage_times
+) -> Iterator[str]:
     """The lines of the table, each as soon as it is known.
 
     Args:
         outputs: What is built.
         sizes: Numbers of rows.
+        measure: What finds the times of one size.
     """
     yield f"{f'rows, {outputs}':<12}" + "".join(f"{name:>9}" for name in (*STAGES, "all"))
     for rows in sizes:
-        times = stage_times(rows, outputs)
+        times = measure(rows, outputs)
         yield f"{rows:<12}" + "".join(
             f"{times[name]:>9.2f}" if name in times else f"{'-':>9}" for name in (*STAGES, "all")
         )

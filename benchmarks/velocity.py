@@ -10,12 +10,10 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain, repeat
 from pathlib import Path
@@ -25,22 +23,23 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.arm import ROBOTS, Arm, load_arm
+from benchmarks.speed.clock import Case, Effort, measure, seconds_of
 from benchmarks.speed.peers.pinocchio import _model
-from kinegen.build import build
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.ir.lower import lower
+from kinegen.formats.load import load
+from kinegen.ir.lower import program_of
 from kinegen.ir.program import count
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity, parse_quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions
-from kinegen.robot.load import load
-from kinegen.symbolic.derive import derive
+from kinegen.robot.model import Robot
 
 RESULTS = Path(__file__).resolve().parent / "results" / "velocity.json"
 POSES = 100_000
-TURNS = 15
+EFFORT = Effort(turns=15, patience=10.0)
 ONE_BY_ONE = 2000
 FEW, MANY = 200, 1000
 FLAGS = {"AVX2": ("-std=gnu99", "-O2", "-mavx2", "-mfma"), "SSE2": ("-std=gnu99", "-O2")}
@@ -65,7 +64,7 @@ def operations() -> Iterator[Row]:
     """What the Jacobian costs beyond the pose."""
     for name in ("puma560", "ur5", "panda", "iiwa14"):
         robot = load(ROBOTS / f"{name}.yaml")
-        pose, both = (count(lower(derive(robot, each))) for each in (Quantity.POSE, BOTH))
+        pose, both = (count(program_of(robot, each)) for each in (Quantity.POSE, BOTH))
         extra = [each.multiplications + each.additions for each in (pose, both)]
         asked = "at most 60" if name == "puma560" else "-"
         yield f"{name}: operations of the Jacobian beyond the pose", f"{extra[1] - extra[0]}", asked
@@ -75,10 +74,13 @@ def times() -> Iterator[Row]:
     """The symbolic stage with Jacobian and Hessian."""
     for name in ("panda", "iiwa14"):
         robot = load(ROBOTS / f"{name}.yaml")
-        begin = time.perf_counter()
-        for text in ("fk_jacobian", "hessian"):
-            derive(robot, parse_quantity(text))
-        yield f"{name}: deriving pose, Jacobian and Hessian", f"{time.perf_counter() - begin:.2f} s", "under 3 s"
+        seconds = seconds_of(partial(_derive, robot))
+        yield f"{name}: deriving pose, Jacobian and Hessian", f"{seconds:.2f} s", "under 3 s"
+
+
+def _derive(robot: Robot) -> None:
+    for text in ("fk_jacobian", "hessian"):
+        program_of(robot, parse_quantity(text))
 
 
 def instructions() -> Iterator[Row]:
@@ -102,7 +104,7 @@ def rates() -> Iterator[Row]:
             arm = load_arm(name, Path(folder) / "pose")
             options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, BOTH))
             package = load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
-        rate = _alternating(dict(_ours(arm, package)) | dict(_peers(arm)))
+        rate = _rates([*_ours(arm, package), *_peers(arm)])
         yield f"{name}: pose and Jacobian, million a second", f"{rate['both'] / 1e6:.1f}", "-"
         yield f"{name}: share of the rate of poses alone", f"{rate['both'] / rate['pose']:.2f}", "at least 0.35"
         for peer in rate.keys() - {"pose", "both"}:
@@ -119,56 +121,48 @@ def calls() -> Iterator[Row]:
             options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=quantities)
             package = load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
         q = arm.configurations(1, "double")[0]
-        work = {
-            "jacobian(q)": partial(_calls, package.jacobian, q),
-            "fk_jacobian(q)": partial(_calls, package.fk_jacobian, q),
-        }
+        work = [
+            Case("jacobian(q)", partial(_calls, package.jacobian, q), ONE_BY_ONE),
+            Case("fk_jacobian(q)", partial(_calls, package.fk_jacobian, q), ONE_BY_ONE),
+        ]
         if importlib.util.find_spec("pinocchio") is not None:
-            work["Pinocchio"] = partial(_calls, _pinocchio(arm), q)
-        for what, rate in _alternating(work).items():
+            work.append(Case("Pinocchio", partial(_calls, _pinocchio(arm), q), ONE_BY_ONE))
+        for what, rate in _rates(work).items():
             asked = "under 0.40 us" if what == "jacobian(q)" else "-"
             yield f"{name}: one call, {what}", f"{1e6 / rate:.2f} us", asked
 
 
-def _calls(function: Callable[[Any], object], q: Any) -> int:
+def _calls(function: Callable[[Any], object], q: Any) -> None:
     for _ in repeat(None, ONE_BY_ONE):
         function(q)
-    return ONE_BY_ONE
 
 
-def _ours(arm: Arm, package: ModuleType) -> Iterator[tuple[str, Callable[[], object]]]:
+def _ours(arm: Arm, package: ModuleType) -> Iterator[Case]:
     q = arm.configurations(POSES, "double")
     pose, jacobian = np.empty((POSES, 4, 4)), np.empty((POSES, 6, arm.dof))
-    yield "pose", lambda: package.fk(q, out=pose)
-    yield "both", lambda: package.fk_jacobian(q, out=(pose, jacobian))
+    yield Case("pose", lambda: package.fk(q, out=pose), POSES)
+    yield Case("both", lambda: package.fk_jacobian(q, out=(pose, jacobian)), POSES)
 
 
-def _alternating(work: Mapping[str, Callable[[], object]]) -> dict[str, float]:
-    """Configurations a second, the median of turns that alternate."""
-    found: dict[str, list[float]] = {name: [] for name in work}
-    for _ in range(TURNS):
-        for name, run in work.items():
-            begin = time.perf_counter()
-            done = run()
-            found[name].append((done if isinstance(done, int) else POSES) / (time.perf_counter() - begin))
-    return {name: statistics.median(each) for name, each in found.items()}
+def _rates(cases: Sequence[Case]) -> dict[str, float]:
+    """Configurations a second, in turns that alternate."""
+    return {name: 1e6 * timing.rate for name, timing in measure(cases, EFFORT).items()}
 
 
-def _peers(arm: Arm) -> Iterator[tuple[str, Callable[[], object]]]:
+def _peers(arm: Arm) -> Iterator[Case]:
     few = 5000
     q = arm.configurations(few, "double")
     if importlib.util.find_spec("casadi") is not None:
         mapped, columns = _casadi(arm).map(few), np.asfortranarray(q.T)
-        yield "CasADi map", lambda: (mapped(columns), few)[1]
+        yield Case("CasADi map", lambda: mapped(columns), few)
     if importlib.util.find_spec("pinocchio") is not None:
         one = _pinocchio(arm)
 
-        def loop() -> int:
+        def loop() -> None:
             for row in q:
                 one(row)
-            return few
 
-        yield "Pinocchio, Python loop", loop
+        yield Case("Pinocchio, Python loop", loop, few)
 
 
 def _pinocchio(arm: Arm) -> Callable[[Any], object]:
@@ -210,7 +204,7 @@ def _casadi_text(arm: Arm) -> dict[str, str]:
 
 
 def _our_text(arm: Arm) -> dict[str, str]:
-    kernels = Kernels(arm.robot, (lower(derive(arm.robot, BOTH)),), ())
+    kernels = Kernels(arm.robot, (program_of(arm.robot, BOTH),), ())
     call = f"void call(const double *q, double *T, double *J)\n{{\n    {arm.name}_fk_jacobian(q, T, J);\n}}\n"
     return emit_kernel(kernels, Real.DOUBLE) | {"call.c": f'#include "{arm.name}.h"\n{call}'} | _main(arm)
 

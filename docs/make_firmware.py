@@ -23,10 +23,10 @@ from kinegen.boards.cost import better, measure, measure_targets
 from kinegen.boards.figures import Cost
 from kinegen.boards.targets import TARGETS, Target
 from kinegen.boards.toolchain import find_cross_compiler, missing
-from kinegen.build import lower_file
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.outputs import Quantity, parse_quantity
+from kinegen.pipeline import lower_file
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "firmware.md"
@@ -49,6 +49,9 @@ SEARCHES = ("inverse_nearest", "numeric_inverse")
 KINDS = ("near a solution", "far from one", "out of reach", "not a rotation")
 """Of the first robot, what targets of different kinds cost on the example target."""
 
+GEOMETRY = {"all constant": "", "its lengths at run time": "a2,a3,d3,d4", "all entries at run time": "dh"}
+"""Of the first robot, what is an argument of the pose, as `kinegen size --wrt` takes it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Case:
@@ -58,6 +61,7 @@ class Case:
     real: Real
     target: str
     quantity: Quantity = Quantity.POSE
+    wrt: str = ""
 
 
 def main(arguments: list[str]) -> int:
@@ -87,9 +91,10 @@ def stale_lines(page: str) -> list[str]:
     if versions() not in page:
         print(f"docs/firmware.md names other compilers than these: {versions()}")
         return []
-    figures = Figures([Case(robot, Real.FLOAT, EXAMPLE) for robot in ROBOTS])
+    figures = Figures([*(Case(robot, Real.FLOAT, EXAMPLE) for robot in ROBOTS), *geometry_cases()])
     rows = [cells(row) for row in (robot_row(figures, robot) for robot in ROBOTS)]
-    return [line for line in (*targets_table().splitlines(), *rows) if line not in page.splitlines()]
+    wanted = (*targets_table().splitlines(), *rows, *geometry_table(figures).splitlines())
+    return [line for line in wanted if line not in page.splitlines()]
 
 
 class Figures:
@@ -100,9 +105,9 @@ class Figures:
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             self._costs = dict(zip(wanted, pool.map(best, wanted), strict=True))
 
-    def __call__(self, robot: str, real: Real, target: str, quantity: Quantity = Quantity.POSE) -> Cost:
+    def __call__(self, robot: str, real: Real, target: str, quantity: Quantity = Quantity.POSE, wrt: str = "") -> Cost:
         """One of them."""
-        return self._costs[Case(robot, real, target, quantity)]
+        return self._costs[Case(robot, real, target, quantity, wrt)]
 
 
 def all_cases() -> list[Case]:
@@ -113,18 +118,24 @@ def all_cases() -> list[Case]:
         *(Case(ROBOTS[0], Real.DOUBLE, target.name) for target in TARGETS.values() if Real.DOUBLE in target.reals),
         *(Case(robot, Real.FLOAT, EXAMPLE) for robot in names),
         *(Case(ROBOTS[0], Real.FLOAT, target, quantity) for target in SMALL for quantity in OTHERS),
+        *geometry_cases(),
     ]
 
 
+def geometry_cases() -> list[Case]:
+    """The pose of the first robot with constants and with arguments."""
+    return [Case(ROBOTS[0], Real.FLOAT, EXAMPLE, wrt=wrt) for wrt in GEOMETRY.values()]
+
+
 @cache
-def kernels(robot: str, quantity: Quantity) -> Kernels:
+def kernels(robot: str, quantity: Quantity, wrt: str) -> Kernels:
     """A robot with one quantity."""
-    return lower_file(ROOT / "robots" / f"{robot}.yaml", (quantity,))
+    return lower_file(ROOT / "robots" / f"{robot}.yaml", (quantity,), tuple(filter(None, wrt.split(","))))
 
 
 def best(case: Case) -> Cost:
     """The better of the optimisation levels."""
-    costs = measure(kernels(case.robot, case.quantity), case.real, TARGETS[case.target])
+    costs = measure(kernels(case.robot, case.quantity, case.wrt), case.real, TARGETS[case.target])
     return better([cost for cost in costs if cost.name == str(case.quantity)])
 
 
@@ -149,11 +160,26 @@ def measured_tables(figures: Figures) -> dict[str, str]:
             ("target", "kernel", "flags", "instructions", "function", "flash", "stack"),
             [kernel_row(figures, target, quantity) for target in SMALL for quantity in OTHERS],
         ),
+        "geometry": geometry_table(figures),
         "targets_of_inverses": table(
             ("function", *KINDS), [(f"`{name}`", *(costs[name, kind] for kind in KINDS)) for name in SEARCHES]
         ),
         "versions": f"Compilers: {versions()}.\n",
     }
+
+
+def geometry_table(figures: Figures) -> str:
+    """The pose of the first robot with constants and with arguments."""
+    return table(
+        ("geometry", "`--wrt`", "instructions", "function", "flash", "stack"),
+        [geometry_row(name, figures(ROBOTS[0], Real.FLOAT, EXAMPLE, wrt=wrt), wrt) for name, wrt in GEOMETRY.items()],
+    )
+
+
+def geometry_row(name: str, cost: Cost, wrt: str) -> tuple[str, ...]:
+    """The figures of one choice of arguments."""
+    sizes = (cost.function_flash, cost.flash, cost.stack)
+    return name, f"`{wrt}`" if wrt else "", f"{cost.calls}", *(f"{size}" for size in sizes)
 
 
 def costs_by_kind() -> dict[tuple[str, str], str]:

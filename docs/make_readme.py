@@ -44,11 +44,23 @@ PAGES = tuple(
         "docs/tour.md",
         "docs/actuators.md",
         "docs/calibration.md",
+        "docs/compare.md",
+        "docs/cpp.md",
+        "docs/import.md",
         "docs/inverse.md",
         "docs/javascript.md",
         "docs/orientation.md",
+        "docs/pictures.md",
         "docs/python.md",
+        "docs/rust.md",
+        "docs/tables.md",
         "docs/velocities.md",
+        "docs/generated-c.md",
+        "docs/tutorials/book.md",
+        "docs/tutorials/commissioning.md",
+        "docs/tutorials/data.md",
+        "docs/tutorials/firmware.md",
+        "docs/tutorials/urdf.md",
     )
 )
 """The pages whose commands run. Those of docs/firmware.md take cross compilers, and have a script of their own."""

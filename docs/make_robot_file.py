@@ -23,10 +23,13 @@ from typing import cast
 from draw import Move, figure
 
 from kinegen import naming
-from kinegen.robot import algebra, expressions, keys, values, yaml_tree
-from kinegen.robot.load import load
+from kinegen.formats.load import load
+from kinegen.formats.yaml import keys
+from kinegen.formats.yaml import tree as yaml_tree
+from kinegen.formats.yaml.schema import schema
+from kinegen.robot import algebra, expressions, values
+from kinegen.robot.entries import ROW_ENTRIES
 from kinegen.robot.model import Convention, JointType, Robot
-from kinegen.robot.schema import schema
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "robot-file.md"
@@ -152,9 +155,7 @@ def keys_of(name: str) -> str:
 
 def entries() -> str:
     """Which entries a row of each convention has."""
-    rows = (
-        (f"`{name}`", ", ".join(f"`{key}`" for key in found) or "`ets`") for name, found in keys.ROW_ENTRIES.items()
-    )
+    rows = ((f"`{name}`", ", ".join(f"`{key}`" for key in found) or "`ets`") for name, found in ROW_ENTRIES.items())
     return table(("convention", "entries of a row, all required"), rows)
 
 

@@ -10,7 +10,7 @@ import difflib
 import sys
 from pathlib import Path
 
-from kinegen.robot.load import load
+from kinegen.formats.load import load
 from kinegen.robot.model import JointType, Robot
 
 FOLDER = Path(__file__).resolve().parent.parent / "robots"

@@ -20,9 +20,9 @@ import sympy as sp
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # The published entries are part of the tests and in no package.
 
-from kinegen.symbolic.notation import NOTATIONS, entry_texts  # noqa: E402
 from kinegen.symbolic.pose import transform  # noqa: E402
-from kinegen.symbolic.textbook import closed_form  # noqa: E402
+from kinegen.textbook.closed_form import closed_form  # noqa: E402
+from kinegen.textbook.notation import NOTATIONS, entry_texts  # noqa: E402
 from tests.textbook.catalog import (  # noqa: E402
     NAMED_PLACES,
     Form,

@@ -12,17 +12,16 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.build import build
 from kinegen.emit.kernels import Kernels
-from kinegen.ir.lower import lower
+from kinegen.formats.load import load
+from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
 from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
+from kinegen.pipeline import build
 from kinegen.results import BuildOptions
 from kinegen.robot.expressions import ZERO, evaluate, linear
-from kinegen.robot.load import load
 from kinegen.robot.model import Convention, Robot, Row
-from kinegen.symbolic.derive import derive
 from kinegen.symbolic.transforms import EXACT
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
@@ -124,7 +123,7 @@ def load_arm(name: str, folder: Path) -> Arm:
         The arm.
     """
     robot = load(ROBOTS / f"{name}.yaml")
-    program = lower(derive(robot, Quantity.POSE))
+    program = program_of(robot, Quantity.POSE)
     options = BuildOptions(output=folder, quantities=(Quantity.POSE,))
     result = build(ROBOTS / f"{name}.yaml", options, lambda _: None)
     return Arm(robot, links(robot), program, Kernels(robot, (program,), ()), load_package(result.folder))

@@ -6,7 +6,6 @@ floor. The floor and the memory loop say what the machine allows; the other two 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import sympy as sp
@@ -14,13 +13,13 @@ import sympy as sp
 from benchmarks.speed.arm import Arm
 from kinegen.emit.c.batch import emit_batch
 from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.statements import CPrinter
+from kinegen.emit.c.syntax import c_printer
 from kinegen.emit.environment import environment
+from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
+from kinegen.emit.routines import CODE
 from kinegen.emit.sincos import SINCOS
 from kinegen.ir.program import Operand, Operator, Program, Statement, Temporary
-
-_OPERATION = re.compile(r"= \S+ [-+*] \S+;")
 
 
 def kernel_text(arm: Arm, real: Real) -> dict[str, str]:
@@ -36,7 +35,7 @@ def sincos_text(real: Real) -> str:
 
 def sincos_operations(real: Real) -> int:
     """Additions, subtractions and multiplications of one sine-cosine pair."""
-    return len(_OPERATION.findall(sincos_text(real)))
+    return len(CODE[real][Operator.SINCOS].statements)
 
 
 def floor_text(arm: Arm, real: Real) -> str:
@@ -58,9 +57,9 @@ def arithmetic_text(arm: Arm, real: Real) -> str:
     return _sum_loop(real, lines, [printer.operand(each) for each in arm.program.outputs])
 
 
-def _printer(arm: Arm, real: Real, sincos: str, variable: str) -> CPrinter:
+def _printer(arm: Arm, real: Real, sincos: str, variable: str) -> Printer[Operator]:
     variables = tuple(variable.format(index) for index in range(arm.program.signature.dof))
-    return CPrinter(real, sincos, variables, "own")
+    return c_printer(real, sincos, variables, "own")
 
 
 def _sum_loop(real: Real, lines: Sequence[str], terms: Sequence[str]) -> str:
@@ -176,7 +175,7 @@ def _angles(program: Program) -> tuple[list[Statement], list[Operand]]:
     return before, angles
 
 
-def _operation(printer: CPrinter, statement: Statement) -> str:
+def _operation(printer: Printer[Operator], statement: Statement) -> str:
     signs = {Operator.ADD: " + ", Operator.SUB: " - ", Operator.MUL: " * ", Operator.NEG: "-"}
     operands = [printer.operand(operand) for operand in statement.operands]
     sign = signs[statement.operator]

@@ -126,6 +126,13 @@ def measure(cases: Sequence[Case], effort: Effort) -> dict[str, Timing]:
     return {key: Timing(tuple(values), frozenset(calm[key])) for key, values in seconds.items()}
 
 
+def seconds_of(run: Run) -> float:
+    """Seconds of processor time of a call that cannot be repeated, since it remembers what it did."""
+    begin = time.process_time()
+    run()
+    return time.process_time() - begin
+
+
 def ratio(timings: Mapping[str, Timing], faster: str, slower: str) -> float:
     """How many times the rate of the one is that of the other.
 
