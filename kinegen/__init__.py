@@ -24,6 +24,7 @@ firmware, and a Python module that evaluates poses in bulk. Data goes one way, f
     viewer/     Robot          -> HTML           one page with the arm, which moves, and its kernels
     api/        what `import kinegen` offers: load, compile, build, and rich display in notebooks
     fleet/      files of joints -> files   kernels over data sets that are larger than memory
+    wheels/     robots -> .whl           what pip installs, with a self-test
     cli/        one module per subcommand
 
 A module imports only from rows above its own; `tests/test_layers.py` reads the imports. `docs/architecture.md` explains

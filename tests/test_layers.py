@@ -50,7 +50,7 @@ ROWS = (
     ("kinegen.calibrate",),
     ("kinegen.viewer",),
     ("kinegen.api",),
-    ("kinegen.fleet",),
+    ("kinegen.fleet", "kinegen.wheels"),
     ("kinegen.cli",),
     ("kinegen.__main__",),
 )

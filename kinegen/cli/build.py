@@ -16,6 +16,7 @@ from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import Passing, complain, say, strong
+from kinegen.cli.wheels import DIST, WHEEL, build_wheels
 from kinegen.emit.languages import LANGUAGES
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, shown
@@ -89,11 +90,13 @@ def _taken(read: Callable[[str], Result], text: str) -> Result:
 )
 @click.option(
     "--package",
-    type=click.Choice([each.value for each in Ecosystem]),
+    type=click.Choice([*(each.value for each in Ecosystem), WHEEL]),
     help="Write C files for a project of this kind instead of a Python package. Unless -o says otherwise, they go to "
     + ", ".join(f"{each.folder} ({each.value})" for each in Ecosystem)
-    + ". Unless --real says otherwise, they are float only, and for cmake float and double.",
+    + ". Unless --real says otherwise, they are float only, and for cmake float and double. wheel writes what pip "
+    "installs to dist: one wheel for this system and one with NumPy alone.",
 )
+@click.option("--bundle", metavar="NAME", help="Put all robots into one wheel of this name (with --package wheel).")
 @click.option(
     "--languages",
     metavar="LIST",
@@ -122,6 +125,7 @@ def command(
     outputs: tuple[Quantity, ...],
     wrt: tuple[str, ...],
     package: str | None,
+    bundle: str | None,
     languages: tuple[str, ...],
     no_compile: bool,
     march: str | None,
@@ -133,19 +137,27 @@ def command(
     """Writes C and a Python module for each robot file, compiles them, and proves every kernel against a reference.
 
     The folder DIR/NAME gets NAME.h, NAME.c and their companions. It is a Python package, or with --package a library
-    for a C project. The exit status is 0 only if every proof holds. A build that fails leaves the earlier output as it
-    was. Only files that kinegen wrote are replaced or removed; kinegen-manifest.json lists them with their SHA-256.
+    for a C project; --package wheel writes a file for pip. The exit status is 0 only if every proof holds. A build that
+    fails leaves the earlier output as it was. Only files that kinegen wrote are replaced or removed;
+    kinegen-manifest.json lists them with their SHA-256.
     """
     if march and portable:
         raise click.UsageError("--march and --portable exclude each other")
+    is_wheel = package == WHEEL
     if package and languages:
-        raise click.UsageError("--package writes C alone; build with --languages into another folder")
+        raise click.UsageError("--package writes no other languages; build with --languages into another folder")
+    if bundle is not None and not is_wheel:
+        raise click.UsageError("--bundle is the name of a wheel, so it needs --package wheel")
+    if is_wheel and real in options.INTEGERS:
+        raise click.UsageError(f"--real {real} and --package wheel exclude each other: a wheel has no integer kernels")
+    if is_wheel and march:
+        raise click.UsageError("--march and --package wheel exclude each other: a wheel is for every processor")
     chosen = options.build_options(
-        output,
+        output or (DIST if is_wheel else None),
         outputs=map(str, outputs),
         real=real,
         wrt=wrt,
-        package=package,
+        package=None if is_wheel else package,
         languages=languages,
         compile=not no_compile,
         march=march,
@@ -153,6 +165,8 @@ def command(
         reproducible=reproducible,
         force=force,
     )
+    if is_wheel:
+        return build_wheels(files, chosen, bundle, as_json=as_json)
     return _build_all(files, chosen, as_json=as_json, debug=context.find_root().params["debug"])
 
 

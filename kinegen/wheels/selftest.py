@@ -1,0 +1,106 @@
+"""The self-test that a wheel carries: inputs, results of the 50-digit reference, and what is accepted, as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+from kinegen.emit.c.accepted import accepted_differences
+from kinegen.emit.c.expected import Row, Vectors
+from kinegen.emit.c.vectors import INVERSE_TOLERANCES
+from kinegen.emit.environment import environment
+from kinegen.emit.inverse import branches_of
+from kinegen.emit.kernels import Kernels, provenance
+from kinegen.emit.reals import Real
+from kinegen.ir.program import Program
+from kinegen.outputs import Array
+from kinegen.robot.extent import reach
+from kinegen.verify.vectors import compute_vectors
+
+_KINDS = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
+_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
+
+
+def selftest_files(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
+    """Print the self-test of a package.
+
+    Args:
+        kernels: The robot and its programs.
+        reals: The number types of the package.
+
+    Returns:
+        `__main__.py` and the numbers that it reads, by file name.
+    """
+    vectors = compute_vectors(kernels)
+    checked = [program for program in kernels.programs if program.quantity in vectors.expected]
+    document = {
+        "kinds": [_KINDS[real] for real in reals],
+        "kernels": [_kernel(kernels, program, vectors, reals) for program in checked],
+        "inverse": _inverse(kernels, vectors, reals),
+    }
+    robot = kernels.robot
+    template = environment().get_template("wheel/__main__.py.jinja")
+    return {
+        "__main__.py": template.render(name=robot.name, provenance=provenance(robot)),
+        "_selftest.json": json.dumps(document, allow_nan=False, separators=(",", ":")) + "\n",
+    }
+
+
+def _kernel(kernels: Kernels, program: Program, vectors: Vectors, reals: tuple[Real, ...]) -> dict[str, Any]:
+    count = min(len(each.rows) for each in vectors.expected[program.quantity])
+    return {
+        "function": program.quantity.function,
+        "inputs": [_floats(vectors.inputs[array.name][:count]) for array in program.signature.inputs],
+        "results": list(_results(kernels, program, vectors, reals, count)),
+    }
+
+
+def _results(
+    kernels: Kernels, program: Program, vectors: Vectors, reals: tuple[Real, ...], count: int
+) -> Iterator[dict[str, Any]]:
+    limits = {real: iter(accepted_differences(kernels, program, vectors, real)) for real in reals}
+    for array, each in zip(program.signature.results, vectors.expected[program.quantity], strict=True):
+        accepted = {_KINDS[real]: next(limits[real]) if array.size else () for real in reals}
+        yield {
+            "rows": _floats([_whole(array, row, _LAST_ROW) for row in each.rows[:count]]),
+            "accepted": {kind: _floats([_whole(array, row, (Fraction(0),) * 4)])[0] for kind, row in accepted.items()},
+            "turns": math.tau if each.turns else 0.0,
+        }
+
+
+def _inverse(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...]) -> dict[str, Any] | None:
+    """The targets of the closed-form inverse with their joint values; None without one."""
+    robot = kernels.robot
+    branches = branches_of(kernels)
+    if branches is None or not vectors.targets:
+        return None
+    return {
+        "targets": _floats([pose for pose, _ in vectors.targets]),
+        "joints": _floats([joints for _, joints in vectors.targets]),
+        "turns": [0.0 if math.isinf(turn) else float(turn) for turn in branches.turns],
+        "extents": [reach(robot) if math.isinf(turn) else 1.0 for turn in branches.turns],
+        "accepted": {_KINDS[real]: float(INVERSE_TOLERANCES[real]) for real in reals},
+    }
+
+
+def _whole(array: Array, row: Row, last: Row) -> Row:
+    """Entries with the last rows of matrices."""
+    if not array.is_pose:
+        return row
+    step = array.size // array.blocks
+    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
+
+
+def _floats(rows: list[Row] | tuple[Row, ...]) -> list[list[float]]:
+    """Doubles; accepted differences that no double holds become the largest."""
+    return [[_float(entry) for entry in row] for row in rows]
+
+
+def _float(entry: Fraction) -> float:
+    try:
+        return float(entry)
+    except OverflowError:
+        return math.copysign(1.7976931348623157e308, entry)
