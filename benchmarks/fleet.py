@@ -1,10 +1,10 @@
 """What `kinegen eval` costs beside reading and writing alone: `python -m benchmarks.fleet [--rows N]`.
 
-Joint vectors of a PUMA 560 lie in a Parquet file, six columns of doubles. Measured are, each in processes of its own, by
-turns, the middle of some rounds:
+Joint vectors of a PUMA 560 lie in a Parquet file, six columns of doubles. Measured are, each in processes of its own,
+by turns, the middle of some rounds:
 
-- `eval` to poses in one file, one worker, against pyarrow that reads the same columns and writes the same ones back with
-  a column of twelve numbers more, and computes nothing;
+- `eval` to poses in one file, one worker, against pyarrow that reads the same columns and writes the same ones back
+  with a column of twelve numbers more, and computes nothing;
 - the most memory that both took;
 - `eval` to all solutions of the inverse with two workers against one, on a system with two processors or more;
 - runs that are killed at random moments and resumed: their files have to be those of a run that was not.
