@@ -27,11 +27,12 @@ def described(about: Mapping[str, Any], sources: Sequence[Source], parts: Sequen
         parts: The files.
     """
     files = [{"path": each.path, "bytes": each.size, "changed": each.time} for each in sources]
-    return {
+    run = {
         "about": dict(about),
         "input": files,
         "parts": [{"name": part.name, "spans": [asdict(span) for span in part.spans]} for part in parts],
     }
+    return dict(json.loads(json.dumps(run)))  # as it is read again: lists, no tuples
 
 
 def begin(folder: Path, run: Mapping[str, Any], *, resume: bool, force: bool) -> set[str]:

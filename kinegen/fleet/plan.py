@@ -49,18 +49,18 @@ def one_part(sources: Sequence[Source], name: str) -> tuple[Part, ...]:
 
 def spans_of(source: Source, rows: int) -> Iterator[Span]:
     """The spans of a file, each of at least a number of rows but for the last."""
-    path, kind = source.path, source.kind
+    path, kind, keys = source.path, source.kind, source.keys
     if kind == "npy":
         for first in range(0, source.rows[0], rows):
             count = min(rows, source.rows[0] - first)
-            yield Span(path, kind, first, count, count)
+            yield Span(path, kind, first, count, count, keys)
         return
     if kind in ("csv", "npz"):
-        yield Span(path, kind, 0, 1, source.rows[0])
+        yield Span(path, kind, 0, 1, source.rows[0], keys)
         return
     first, gathered = 0, 0
     for place, count in enumerate(source.rows):
         gathered += count
         if gathered >= rows or place == len(source.rows) - 1:
-            yield Span(path, kind, first, place + 1 - first, gathered)
+            yield Span(path, kind, first, place + 1 - first, gathered, keys)
             first, gathered = place + 1, 0

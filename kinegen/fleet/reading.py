@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from kinegen.fleet.partitions import with_columns
 from kinegen.fleet.sources import PURPOSE, VECTOR, Span, column, reading_errors
 from kinegen.workspace.optional import library
 
@@ -36,11 +37,14 @@ def batches(span: Span, columns: tuple[str, ...], floats: frozenset[str], rows: 
 
 
 def _guarded(span: Span, columns: tuple[str, ...], floats: frozenset[str], rows: int) -> Iterator[Any]:
+    keys = tuple(key for key in span.keys if key.name in columns)
+    own = [name for name in columns if name not in {key.name for key in keys}]
     with reading_errors(span.path):
         if span.kind == "csv":
-            yield from _csv(span, list(columns), floats, rows)
+            found = _csv(span, own, floats, rows)
         else:
-            yield from _READERS[span.kind](span, list(columns), rows)
+            found = _READERS[span.kind](span, own, rows)
+        yield from (with_columns(batch, keys) for batch in found)
 
 
 def _ahead(make: Callable[[], Iterator[Any]]) -> Iterator[Any]:

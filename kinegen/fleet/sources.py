@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError, shown
+from kinegen.fleet.partitions import Keys, texts_of, typed, with_fields
 from kinegen.workspace.optional import library
 
 PURPOSE = "a data set"
@@ -45,6 +46,7 @@ class Source:
         schema: Its columns, a `pyarrow.Schema`.
         size: Its bytes.
         time: When it was changed, in nanoseconds.
+        keys: Columns with one value each, from names of folders such as `arm=left`.
     """
 
     path: str
@@ -53,6 +55,7 @@ class Source:
     schema: Any
     size: int
     time: int
+    keys: Keys = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +68,7 @@ class Span:
         first: Its first block, or row of a .npy file.
         count: Number of blocks, or of rows of a .npy file.
         rows: Number of rows; -1 where nobody knows before they are read.
+        keys: Columns with one value each.
     """
 
     path: str
@@ -72,6 +76,7 @@ class Span:
     first: int
     count: int
     rows: int
+    keys: Keys = ()
 
 
 def find_sources(words: Sequence[str | os.PathLike[str]]) -> tuple[Source, ...]:
@@ -87,10 +92,14 @@ def find_sources(words: Sequence[str | os.PathLike[str]]) -> tuple[Source, ...]:
         KinegenError: If there is no such file, its ending is unknown, it cannot be read, or its columns are not those
             of the first.
     """
-    paths = dict.fromkeys(path for word in words for path in _files(os.fspath(word)))
+    paths: dict[str, str] = {}
+    for word in [os.fspath(each) for each in words]:
+        for path in _files(word):
+            paths.setdefault(path, word)
     if not paths:
         raise KinegenError("name the data: files, folders, or patterns such as 'runs/*.parquet'")
-    sources = tuple(map(_opened, paths))
+    keys = typed([texts_of(path, word) for path, word in paths.items()], list(paths))
+    sources = tuple(map(_opened, paths, keys))
     for source in sources[1:]:
         if not source.schema.equals(sources[0].schema):
             raise KinegenError(
@@ -120,14 +129,14 @@ def _is_data(path: Path, folder: Path) -> bool:
     return path.is_file() and not any(part.startswith((".", "_")) for part in path.relative_to(folder).parts)
 
 
-def _opened(path: str) -> Source:
+def _opened(path: str, keys: Keys) -> Source:
     kind = FORMATS.get(Path(path).suffix.lower())
     if kind is None:
         raise KinegenError(f"data of this kind is not read (expected {', '.join(FORMATS)})", shown(path))
     with reading_errors(path):
         rows, schema = _LOOKS[kind](path)
         status = Path(path).stat()
-    return Source(path, kind, tuple(rows), schema, status.st_size, status.st_mtime_ns)
+    return Source(path, kind, tuple(rows), with_fields(schema, keys, path), status.st_size, status.st_mtime_ns, keys)
 
 
 @contextmanager

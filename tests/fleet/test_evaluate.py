@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
+import pyarrow.dataset
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
@@ -216,6 +217,60 @@ def test_a_folder_is_read_in_the_order_of_its_names(q: Any, module: ModuleType, 
     assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "again.npz").read_bytes()
     with np.load(tmp_path / "out.npz") as arrays:
         np.testing.assert_array_equal(arrays["pose"], module.fk(q[:900])[:, :3].reshape(-1, 12))
+
+
+def partitioned(folder: Path, q: Any, names: tuple[str, ...]) -> Path:
+    """A data set of a hundred rows for each name of folders."""
+    for place, name in enumerate(names):
+        (folder / name).mkdir(parents=True)
+        write(folder / name / "part-0.parquet", q[place * 100 : (place + 1) * 100])
+    return folder
+
+
+def test_names_of_folders_are_columns(q: Any, tmp_path: Path) -> None:
+    """As pyarrow's own reader of such data sets has them, with the values behind the file's columns."""
+    names = ("arm=left/day=3", "arm=left/day=12", "arm=right%2Fup/day=__HIVE_DEFAULT_PARTITION__")
+    data = partitioned(tmp_path / "in", q, names)
+    evaluate(ROBOT, data, tmp_path / "out.parquet", "position")
+    evaluate(ROBOT, data, tmp_path / "other.parquet", "position", drop=["arm"])
+    found = pyarrow.parquet.read_table(tmp_path / "out.parquet").sort_by("time")
+    wanted = pyarrow.dataset.dataset(data, partitioning="hive").to_table().sort_by("time")
+
+    assert found.column_names == [*wanted.column_names, "position"]
+    assert found.column("day").to_pylist() == wanted.column("day").to_pylist()
+    assert found.column("arm").to_pylist() == wanted.column("arm").to_pylist()
+    assert found.column("day").type == pa.int64()
+    assert "arm" not in pyarrow.parquet.read_table(tmp_path / "other.parquet").column_names
+    one = tmp_path / "one.parquet"
+    evaluate(ROBOT, data / names[0] / "part-0.parquet", one, "position")
+    assert "arm" not in pyarrow.parquet.read_table(one).column_names
+
+
+def test_a_run_over_named_folders_is_resumed(q: Any, tmp_path: Path) -> None:
+    data, out = partitioned(tmp_path / "in", q, ("arm=left", "arm=right")), tmp_path / "out"
+    evaluate(ROBOT, data, out, "position")
+    whole = contents(out)
+    (out / "part-00001.parquet").unlink()
+
+    assert evaluate(ROBOT, data, out, "position", resume=True).written == 1
+    assert contents(out) == whole
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("arm=left", "leg=right"), "its folders name other columns than those of the first file ('arm')"),
+        (("arm=left", "right"), "its folders name other columns than those of the first file ('arm')"),
+        (("time=1", "time=2"), "its folders name a column 'time', which the file has too"),
+    ],
+)
+def test_folders_that_do_not_fit_are_one_line(names: tuple[str, ...], message: str, q: Any, tmp_path: Path) -> None:
+    data = partitioned(tmp_path / "in", q, names)
+
+    with pytest.raises(KinegenError) as caught:
+        evaluate(ROBOT, data, tmp_path / "out.parquet", "position")
+    assert message in str(caught.value)
+    assert not (tmp_path / "out.parquet").exists()
 
 
 def test_a_run_goes_on_where_it_stopped(q: Any, tmp_path: Path) -> None:
