@@ -30,12 +30,17 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
+import kinegen
+
 ROOT = Path(__file__).resolve().parent.parent
 ROBOT = ROOT / "robots" / "puma560.yaml"
 COLUMNS = ("waist", "shoulder", "elbow", "forearm", "wrist_bend", "flange")
 ROUNDS = 3
 BLOCK = 1 << 20
 """Rows of a row group."""
+
+STREAMED = 10_000
+"""Rows of a block of `--stream`."""
 
 KILLED_ROWS = 1_500_000
 SEED = 20240229
@@ -89,8 +94,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fleet", description="Measure kinegen eval.")
     parser.add_argument("--rows", type=int, default=5_000_000, help="joint vectors (5000000)")
+    parser.add_argument(
+        "--stream", type=int, help="only evaluate so many joint vectors that are made here, on one thread"
+    )
     parser.add_argument("--kills", type=int, default=20, help="runs that are killed and resumed (20)")
     options = parser.parse_args(arguments)
+    if options.stream:
+        return stream(options.stream)
     print(f"{options.rows:,} joint vectors, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}")
     with tempfile.TemporaryDirectory(prefix="kinegen-bench-") as name:
         folder = Path(name)
@@ -99,6 +109,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
         compare_poses(folder, data)
         compare_workers(folder, data)
         kill_and_resume(folder, options.kills)
+    return 0
+
+
+def stream(rows: int) -> int:
+    """Print how long random joint vectors take from a generator through the kernel, in blocks that stay in the cache.
+
+    Args:
+        rows: Number of joint vectors.
+    """
+    arm = kinegen.compile(ROBOT, "pose", real="double")
+    random_numbers = np.random.default_rng(SEED)
+    q, poses = np.empty((STREAMED, 6)), np.empty((STREAMED, 4, 4))
+    spent, highest, begin = 0.0, -np.inf, time.perf_counter()
+    for first in range(0, rows, STREAMED):
+        random_numbers.random(out=q)
+        q *= 5.0
+        q -= 2.5
+        before = time.perf_counter()
+        arm.fk(q, out=poses)
+        spent += time.perf_counter() - before
+        highest = max(highest, poses[: rows - first, 2, 3].max())
+    seconds = time.perf_counter() - begin
+    print(f"{rows:,} joint vectors made and evaluated in {seconds:.1f} s, {rows / seconds / 1e6:.1f} million a second")
+    print(f"of these {spent:.1f} s in the kernel, {rows / spent / 1e6:.1f} million a second; highest {highest:.4f} m")
     return 0
 
 

@@ -53,6 +53,7 @@ PAGES = tuple(
         "docs/pictures.md",
         "docs/python.md",
         "docs/rust.md",
+        "docs/scale.md",
         "docs/tables.md",
         "docs/velocities.md",
         "docs/generated-c.md",
