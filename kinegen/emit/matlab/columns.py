@@ -6,6 +6,8 @@ A matrix keeps its rows and columns; frames, tips and branches come after them, 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
@@ -32,6 +34,14 @@ def size(array: Array) -> int:
 def places(array: Array) -> tuple[int, ...]:
     """The place of each number that is computed or read, in the order of a program; places count from 0."""
     return tuple(int(place) for place in _laid_out(array, slice(0, 3)))
+
+
+def in_columns(array: Array, numbers: Sequence[Fraction]) -> tuple[Fraction, ...]:
+    """The numbers of one configuration in the order of memory in MATLAB, from the order of C."""
+    if not array.shape:
+        return tuple(numbers)
+    whole = np.array(numbers, dtype=object).reshape(array.shape)
+    return tuple(whole.transpose(axes(array)).ravel(order="F"))
 
 
 def last_rows(array: Array) -> tuple[tuple[int, int], ...]:
