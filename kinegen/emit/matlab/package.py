@@ -16,6 +16,7 @@ from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, parameter_lines, provenance
 from kinegen.emit.limits import joint_limits, limit_literals
 from kinegen.emit.matlab.functions import Function, function_of
+from kinegen.emit.matlab.gateway import emit_gateway
 from kinegen.emit.matlab.nearest import Choice, choice_of
 from kinegen.emit.matlab.syntax import CLASS, WIDTH, matlab_text, number
 from kinegen.emit.reals import Real
@@ -75,7 +76,7 @@ def emit_matlab(kernels: Kernels) -> dict[str, str]:
     files = {name: environment().get_template(f"matlab/{name}.m.jinja").render(k=context) for name in names}
     template = environment().get_template("matlab/function.m.jinja")
     files |= {function.name: template.render(k=context, f=function) for function in context.functions}
-    return {f"+{kernels.robot.name}/{name}.m": text for name, text in files.items()}
+    return {f"+{kernels.robot.name}/{name}.m": text for name, text in files.items()} | emit_gateway(kernels)
 
 
 def package_context(kernels: Kernels) -> PackageContext:
