@@ -109,10 +109,11 @@ def package_context(kernels: Kernels) -> PackageContext:
 
 def _manual(kernels: Kernels) -> tuple[str, ...]:
     """What holds for every function, as paragraphs in lines."""
-    paragraphs = [
+    every = (
         "Each column is a configuration, and results have the configurations in their last dimension. Joint limits are "
         "not checked. The results have the bits of the C kernels compiled without contraction."
-    ]
+    )
+    paragraphs = [every]
     if uses(kernels.programs, Operator.SINCOS):
         double, single = (SINCOS[real].accuracy for real in Real)
         paragraphs.append(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import shutil
 import subprocess
 import tempfile
 import threading
@@ -19,17 +20,22 @@ from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.matlab.columns import axes, extents
 from kinegen.emit.matlab.functions import Function, function_of
+from kinegen.emit.matlab.gateway import gateway_name
 from kinegen.emit.matlab.syntax import CLASS, matlab_syntax
 from kinegen.emit.reals import Real
 from kinegen.errors import CompileError
 from kinegen.ir.program import Program
 from kinegen.outputs import Array
 from kinegen.verify.plain import CLAMP, NEAREST
-from kinegen.verify.runners.runner import PATIENCE
+from kinegen.verify.runners.runner import PATIENCE, run_tool
 from kinegen.verify.runners.straight import require_forms
 from kinegen.verify.ways import DTYPES, Arrays, Floats
 
 _DRIVER = "driver.m"
+_MEX = ("mkoctfile",)
+"""What compiles MEX files; where it is missing, the driver compares nothing with them."""
+
+_MEX_FLAGS = "-std=c99 -O1 -ffp-contract=off -fPIC -Wall -Wextra -Werror"
 _TYPED = re.compile(r"\b(?:single|double)\(([^()]*)\)")
 
 
@@ -38,9 +44,22 @@ def run_matlab(tool: str, folder: Path, kernels: Kernels) -> _Package:
     robot = kernels.robot.name
     for program in kernels.programs:
         _require_straight(kernels, folder, program)
+    if shutil.which(_MEX[0]) and (folder / f"{gateway_name(robot)}.c").exists():
+        _compile_mex(folder, kernels)
     driver = environment().get_template(f"matlab/{_DRIVER}.jinja").render()
     (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
-    return _Package(tool, folder, kernels.robot.name, kernels.robot.dof)
+    package = _Package(tool, folder, robot, kernels.robot.dof)
+    if (folder / "run_tests.m").exists():
+        package.run_tests()
+    return package
+
+
+def _compile_mex(folder: Path, kernels: Kernels) -> None:
+    """Compile the MEX file, quickly; `build_mex` compiles it for speed."""
+    name = gateway_name(kernels.robot.name)
+    sources = (f"{name}.c", *sorted(path.relative_to(folder).as_posix() for path in folder.glob("csrc/*.c")))
+    command = ("env", f"CFLAGS={_MEX_FLAGS}", *_MEX, "--mex", "-o", f"{name}.mex", *sources)
+    run_tool(command, folder, f"{name}.c")
 
 
 def _require_straight(kernels: Kernels, folder: Path, program: Program) -> None:
@@ -93,7 +112,7 @@ class _Package:
             )
         except OSError as error:
             raise CompileError(f"{tool} cannot be run: {error.strerror}") from error
-        weakref.finalize(self, _end, self._process)
+        weakref.finalize(self, _end, self._process, self._place)
 
     def __call__(
         self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
@@ -137,6 +156,10 @@ class _Package:
             file.unlink(missing_ok=True)
         return tuple(_from_columns(array, part, count) for array, part in zip(results, parts, strict=True))
 
+    def run_tests(self) -> None:
+        """Try the test vectors."""
+        self._asked("run_tests", "the test vectors")
+
     def tables(self) -> dict[str, Any]:
         """What the package says of the robot."""
         found: dict[str, Any] = {}
@@ -145,7 +168,9 @@ class _Package:
             found[name] = words[0] if kind == "text" else tuple(words if kind == "words" else map(float, words))
         if "LIMITS" in found:
             pairs = zip(found["LIMITS"][::2], found["LIMITS"][1::2], strict=True)
-            found["LIMITS"] = tuple(None if math.isinf(low) and math.isinf(high) else (low, high) for low, high in pairs)
+            found["LIMITS"] = tuple(
+                None if math.isinf(low) and math.isinf(high) else (low, high) for low, high in pairs
+            )
         if "DOF" in found:
             found["DOF"] = int(found["DOF"][0])
         names, values = found.pop("PARAMETER_NAMES", ()), found.pop("PARAMETER_VALUES", ())
@@ -188,8 +213,8 @@ def _talk(asked: IO[str] | None, answers: IO[str] | None, line: str) -> list[str
     return found[1:]
 
 
-def _end(process: subprocess.Popen[str]) -> None:
-    """End a process that waits for a line."""
+def _end(process: subprocess.Popen[str], place: tempfile.TemporaryDirectory[str]) -> None:
+    """End a process that waits for a line, and remove its files."""
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
             pipe.close()
@@ -198,6 +223,7 @@ def _end(process: subprocess.Popen[str]) -> None:
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
+    place.cleanup()
 
 
 def _to_columns(array: Array, numbers: Floats) -> bytes:
