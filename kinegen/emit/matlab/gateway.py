@@ -104,7 +104,7 @@ def emit_gateway(kernels: Kernels) -> dict[str, str]:
     own = Kernels(replace(robot, name=name), tuple(map(columnwise, programs)), kernels.defaults)
     files: dict[str, str] = {}
     for real in Real:
-        sources = emit_kernel(own, real) | emit_batch(own, real)
+        sources = emit_kernel(own, real) | emit_batch(own, real, turns_numbers=True)
         names = (c_file(name, "h", real), *(c_file(name, suffix, real, batch=True) for suffix in "hc"))
         files |= {f"{FOLDER}/{file}": sources[file] for file in names}
     context = GatewayContext(
