@@ -4,7 +4,8 @@
 
 Rust against the scalar C kernel (both for any x86-64 or ARM processor, without contraction); WebAssembly batches in
 Node.js against the batch of C for this processor; JavaScript against the closed form as people write it by hand, with
-Math.sin and Math.cos. The best of many rounds counts. What is not installed is left out.
+Math.sin and Math.cos; the MEX file in GNU Octave, with one thread, against the same batch of C, and the function in
+MATLAB's language beside it. The best of many rounds counts. What is not installed is left out.
 """
 
 from __future__ import annotations
@@ -117,6 +118,20 @@ for (let round = 0; round < 2000; round++) {
 console.log(...best, robot.isWasm ? 1 : 0);
 """
 
+OCTAVE = """
+warning('off', 'all');
+build_mex('-O3 -march=native');
+q = 0.1 * ones(6, 20000);
+best = [Inf, Inf];
+for round = 1:300
+  tic; T = puma560_mex('fk', q); best(1) = min(best(1), toc);
+end
+for round = 1:10
+  tic; T = puma560.fk(q); best(2) = min(best(2), toc);
+end
+printf('%g ', best / columns(q) * 1e9);
+"""
+
 
 def main() -> int:
     """Measure and print."""
@@ -137,17 +152,26 @@ def main() -> int:
             )
             what = "WebAssembly" if is_wasm else "JavaScript"
             print(f"{what}, batch      {batch:6.1f} ns   C {c:6.1f} ns   C / {what} {c / batch:.2f} (asked 0.3)")
+        if shutil.which("octave-cli") and shutil.which("mkoctfile"):
+            mex, function = _run(folder / "matlab", "octave-cli", "--norc", "--quiet", "bench.m")
+            c = _batch(folder)
+            print(
+                f"MEX, batch              {mex:6.1f} ns   C {c:6.1f} ns   C / MEX {c / mex:.2f} (asked 0.8)   "
+                f"without MEX {function:.0f} ns"
+            )
     return 0
 
 
 def _write(folder: Path, kernels: Kernels) -> None:
     for path, text in emit_language(kernels, LANGUAGES["rust"]).items():
         _put(folder / path, text)
+    for path, text in emit_language(kernels, LANGUAGES["matlab"]).items():
+        _put(folder / path, text)
     for path, text in emit_language(kernels, LANGUAGES["javascript"]).items():
         _put(folder / path.removeprefix("javascript/"), text)
     for path, text in (emit_kernel(kernels, Real.DOUBLE) | emit_batch(kernels, Real.DOUBLE)).items():
         _put(folder / path, text)
-    for path, text in (("bench.rs", RUST), ("bench.c", BATCH), ("bench.mjs", NODE)):
+    for path, text in (("bench.rs", RUST), ("bench.c", BATCH), ("bench.mjs", NODE), ("matlab/bench.m", OCTAVE)):
         _put(folder / path, text)
 
 

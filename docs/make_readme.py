@@ -49,6 +49,7 @@ PAGES = tuple(
         "docs/import.md",
         "docs/inverse.md",
         "docs/javascript.md",
+        "docs/matlab.md",
         "docs/orientation.md",
         "docs/pictures.md",
         "docs/python.md",

@@ -14,7 +14,16 @@ from pathlib import Path
 
 from debian import install
 
-PACKAGES = {"node": "nodejs", "rustc": "rustc", "clang": "clang", "wasm-ld": "lld", "g++": "g++", "cmake": "cmake"}
+PACKAGES = {
+    "node": "nodejs",
+    "rustc": "rustc",
+    "clang": "clang",
+    "wasm-ld": "lld",
+    "g++": "g++",
+    "cmake": "cmake",
+    "octave-cli": "octave",
+    "mkoctfile": "octave-dev",
+}
 """The commands, and what provides each on Debian."""
 
 HEADERS = {"/usr/include/eigen3": "libeigen3-dev"}

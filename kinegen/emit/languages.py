@@ -12,6 +12,7 @@ from kinegen.emit.cpp import CPP
 from kinegen.emit.fixed import INTEGERS
 from kinegen.emit.javascript import JAVASCRIPT
 from kinegen.emit.language import Language
+from kinegen.emit.matlab import MATLAB
 from kinegen.emit.python import PYTHON
 from kinegen.emit.rust import RUST
 from kinegen.errors import KinegenError
@@ -31,6 +32,7 @@ LANGUAGES: Mapping[str, Language] = MappingProxyType(
             JAVASCRIPT,
             CPP,
             RUST,
+            MATLAB,
         )
     }
 )

@@ -149,8 +149,8 @@ EXTRA = [name for name, language in LANGUAGES.items() if language.is_extra]
 
 
 def test_the_table_has_all_languages() -> None:
-    assert set(LANGUAGES) == {"c", "python", "q30", "javascript", "cpp", "rust"}
-    assert set(RUNNERS) == set(EXTRA) == {"javascript", "cpp", "rust"}
+    assert set(LANGUAGES) == {"c", "python", "q30", "javascript", "cpp", "rust", "matlab"}
+    assert set(RUNNERS) == set(EXTRA) == {"javascript", "cpp", "rust", "matlab"}
 
 
 @pytest.mark.parametrize("name", EXTRA)
@@ -208,11 +208,17 @@ def test_the_table_is_read_without_what_prints_the_files() -> None:
 
 
 def outside_of(name: str) -> list[str]:
-    """The modules outside the folders of a language that name it, without those of the viewer, whose pages use it."""
+    """The modules outside the folders of a language that name it.
+
+    Without those of the viewer, whose pages use one, and of the readers, which read files of another.
+    """
     found = []
     for path in sorted((ROOT / "kinegen").rglob("*.py")):
         place = path.relative_to(ROOT / "kinegen").as_posix()
-        own = place.startswith((f"emit/{name}/", "viewer/", "cli/view")) or place == f"verify/runners/{name}.py"
+        own = (
+            place.startswith((f"emit/{name}/", "viewer/", "cli/view", "formats/", "cli/convert"))
+            or place == f"verify/runners/{name}.py"
+        )
         if not own and re.search(rf"(?<![-\w/.])(run_)?{name}\b(?!-)", path.read_text(encoding="utf-8"), re.IGNORECASE):
             found.append(place)
     return found

@@ -69,7 +69,7 @@ def test_what_is_not_proven_says_so(
 
 def test_an_unknown_language_is_refused(arm: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["build", arm, "--languages", "javascript,cobol"]) == 2
-    assert "unknown language 'cobol' (expected c, python, javascript, cpp, rust)" in capsys.readouterr().err
+    assert "unknown language 'cobol' (expected c, python, javascript, cpp, rust, matlab)" in capsys.readouterr().err
 
 
 def test_packages_of_firmware_have_c_alone(arm: str, capsys: pytest.CaptureFixture[str]) -> None:

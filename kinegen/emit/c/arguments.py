@@ -54,7 +54,7 @@ def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = 
     size = f"{array.stored}"
     if array.name == ACTUATORS:
         size = macro(robot, "ACTUATORS")
-    elif array.is_truth:
+    elif array.is_truth and program.signature.branches is not None:
         size = macro(robot, "BRANCHES")
     elif array.shape == (kernels.robot.dof,) and array in program.signature.inputs:
         size = macro(robot, "DOF")

@@ -175,23 +175,26 @@ class BatchContext:
     routines: tuple[str, ...]
     needs_bits: bool
     has_direct: bool
-    has_matrices: bool
+    has_lanes: bool
     store_template: str
+    columns_template: str
     functions: tuple[BatchFunction, ...]
     nearest_arguments: str
 
 
-def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
+def emit_batch(kernels: Kernels, real: Real, *, turns_numbers: bool = False) -> dict[str, str]:
     """Print the batch kernels of one number type.
 
     Args:
         kernels: The robot and its programs.
         real: The number type.
+        turns_numbers: Whether results that are not matrices are turned in registers, too; for matrices that are given
+            as sixteen numbers.
 
     Returns:
         The header and the source, by file name.
     """
-    robot = kernels.robot
+    robot, bits = kernels.robot, "f64" if real is Real.DOUBLE else "f32"
     kernel = kernel_context(kernels, real)
     near = batch_arguments(*nearest_signature(robot), real, kernel.nearest.params_type) if kernel.nearest else ()
     header = c_file(robot.name, "h", real, batch=True)
@@ -208,8 +211,9 @@ def emit_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         routines=function_templates(kernels.programs, real, batch=True),
         needs_bits=needs_bits(kernels.programs, real, batch=True),
         has_direct=any(each.direct for each in functions),
-        has_matrices=any(each.has_matrices for each in tiles),
-        store_template=f"c/_store_{'f64' if real is Real.DOUBLE else 'f32'}.c.jinja",
+        has_lanes=turns_numbers or any(each.has_matrices for each in tiles),
+        store_template=f"c/_store_{bits}.c.jinja",
+        columns_template=f"c/_columns_{bits}.c.jinja" if turns_numbers else "",
         functions=functions,
         nearest_arguments=", ".join(near),
     )

@@ -14,7 +14,7 @@ from kinegen.errors import ProofError
 from kinegen.ir.program import Operator
 
 _NAME = r"[A-Za-z_]\w*"
-_PLACE = rf"{_NAME}(?:[.]{_NAME}|\[{_NAME}(?: \+ \d+)?\]|(?:\[\d+\])+)?"
+_PLACE = rf"{_NAME}(?:\(\d+, :\)|[.]{_NAME}|\[{_NAME}(?: \+ \d+)?\]|(?:\[\d+\])+)?"
 _NUMBER = r"\d[\d.]*(?:[eE][-+]?\d+)?"
 _OPERAND = rf"(?:-?{_PLACE}|-?{_NUMBER}|\(-{_NUMBER}\))"
 _SINE, _COSINE, _ANGLE = "SINE__", "COSINE__", "ANGLE__"

@@ -1,0 +1,241 @@
+"""Calls the functions of a MATLAB package through one process of GNU Octave; see `templates/matlab/driver.m.jinja`."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+import shutil
+import subprocess
+import tempfile
+import threading
+import weakref
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from kinegen.emit.environment import environment
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.matlab.columns import axes, extents
+from kinegen.emit.matlab.functions import Function, function_of
+from kinegen.emit.matlab.gateway import gateway_name
+from kinegen.emit.matlab.syntax import CLASS, matlab_syntax
+from kinegen.emit.reals import Real
+from kinegen.errors import CompileError
+from kinegen.ir.program import Program
+from kinegen.outputs import Array
+from kinegen.verify.plain import CLAMP, NEAREST
+from kinegen.verify.runners.runner import PATIENCE, run_tool
+from kinegen.verify.runners.straight import require_forms
+from kinegen.verify.ways import DTYPES, Arrays, Floats
+
+_DRIVER = "driver.m"
+_MEX = ("mkoctfile",)
+"""What compiles MEX files; where it is missing, the driver compares nothing with them."""
+
+_MEX_FLAGS = "-std=c99 -O1 -ffp-contract=off -fPIC -Wall -Wextra -Werror"
+_TYPED = re.compile(r"\b(?:single|double)\(([^()]*)\)")
+
+
+def run_matlab(tool: str, folder: Path, kernels: Kernels) -> _Package:
+    """The functions of a package; see `kinegen.verify.runners.runner.Runner`."""
+    robot = kernels.robot.name
+    for program in kernels.programs:
+        _require_straight(kernels, folder, program)
+    if shutil.which(_MEX[0]) and (folder / f"{gateway_name(robot)}.c").exists():
+        _compile_mex(folder, kernels)
+    driver = environment().get_template(f"matlab/{_DRIVER}.jinja").render()
+    (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
+    package = _Package(tool, folder, robot, kernels.robot.dof)
+    if (folder / "run_tests.m").exists():
+        package.run_tests()
+    return package
+
+
+def _compile_mex(folder: Path, kernels: Kernels) -> None:
+    """Compile the MEX file, quickly; `build_mex` compiles it for speed."""
+    name = gateway_name(kernels.robot.name)
+    sources = (f"{name}.c", *sorted(path.relative_to(folder).as_posix() for path in folder.glob("csrc/*.c")))
+    command = ("env", f"CFLAGS={_MEX_FLAGS}", *_MEX, "--mex", "-o", f"{name}.mex", *sources)
+    run_tool(command, folder, f"{name}.c")
+
+
+def _require_straight(kernels: Kernels, folder: Path, program: Program) -> None:
+    """Refuse bodies that are not straight, once they are without the types of numbers."""
+    robot, function = kernels.robot.name, function_of(kernels, program)
+    path = f"+{robot}/{function.name}.m"
+    try:
+        text = _bare((folder / path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CompileError(f"{robot}: there is no {path}") from error
+    for real, body in zip(Real, function.bodies, strict=True):
+        head = rf"function .* = in_{body.kind}\(.*\)"
+        require_forms(matlab_syntax(real), f"{robot}: {path}", text, [head], "end", [_others(function)])
+
+
+def _others(function: Function) -> frozenset[str]:
+    """Lines of the bodies that are not statements."""
+    lines = (line for body in function.bodies for line in (*body.declared, *body.lines))
+    comments = (line for line in lines if not line or line.startswith("% "))
+    return frozenset((*comments, *(_bare(line) for body in function.bodies for line in body.declared)))
+
+
+def _bare(text: str) -> str:
+    """Statements without the types of numbers, and with a name for a sine or cosine that nothing uses."""
+    return _TYPED.sub(r"\1", text).replace("[~, ", "[_, ").replace(", ~] =", ", _] =")
+
+
+class _Package:
+    """A package that one process of Octave calls; see `kinegen.verify.runners.runner.Call`.
+
+    Args:
+        tool: The command of Octave.
+        folder: The folder of the package.
+        robot: Its name.
+        dof: Length of a joint vector.
+    """
+
+    def __init__(self, tool: str, folder: Path, robot: str, dof: int) -> None:
+        self._robot, self._dof, self._numbers = robot, dof, itertools.count()
+        command = (tool, "--norc", "--quiet", "--no-history", _DRIVER, robot)
+        self._place = tempfile.TemporaryDirectory(prefix="kinegen-")
+        try:
+            self._process = subprocess.Popen(
+                command,
+                cwd=folder,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
+        except OSError as error:
+            raise CompileError(f"{tool} cannot be run: {error.strerror}") from error
+        weakref.finalize(self, _end, self._process, self._place)
+
+    def __call__(
+        self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
+    ) -> Arrays:
+        """Evaluate a kernel: all configurations in one call, or some one after the other and the rest in pieces."""
+        signature, way = program.signature, "all" if is_batch else "parts"
+        given = tuple(zip(signature.inputs, inputs, strict=True))
+        return self._run(program.quantity.function, way, real, given, signature.results, parameters)
+
+    def others(self, name: str, inputs: Arrays, *, real: str) -> Arrays:
+        """Evaluate a function beside the kernels."""
+        joints, flag = Array("q", (self._dof,)), Array("flag", ())
+        results = {NEAREST: (joints, flag), CLAMP: (joints,)}
+        given = tuple((Array("", array.shape[1:]), array) for array in inputs)
+        return self._run(name, "all", real, given, results.get(name, (flag,)), None)
+
+    def _run(
+        self,
+        function: str,
+        way: str,
+        real: str,
+        inputs: Sequence[tuple[Array, Floats]],
+        results: Sequence[Array],
+        parameters: Sequence[float] | None,
+    ) -> Arrays:
+        count, dtype = len(inputs[0][1]), DTYPES[real]
+        given, found, values = (Path(self._place.name) / f"{word}{next(self._numbers)}" for word in "abc")
+        given.write_bytes(b"".join(_to_columns(array, numbers.astype(dtype)) for array, numbers in inputs))
+        if parameters is not None:
+            values.write_bytes(np.array(parameters, float).tobytes())
+        shapes = ",".join("x".join(map(str, extents(array))) for array, _ in inputs)
+        words = (CLASS[Real(real)], way, str(count), shapes, str(len(results)), str(given), str(found))
+        self._asked(" ".join((function, *words, "-" if parameters is None else str(values))), function)
+        numbers = np.fromfile(found, dtype)
+        sizes = [count * math.prod(extents(array)) for array in results]
+        if numbers.size != sum(sizes):
+            reason = f"{function} gives {numbers.size} numbers, expected {sum(sizes)}"
+            raise CompileError(f"{self._robot}: {reason} of {count} configurations")
+        parts = np.split(numbers, np.cumsum(sizes)[:-1])
+        for file in (given, found, values):
+            file.unlink(missing_ok=True)
+        return tuple(_from_columns(array, part, count) for array, part in zip(results, parts, strict=True))
+
+    def run_tests(self) -> None:
+        """Try the test vectors."""
+        self._asked("run_tests", "the test vectors")
+
+    def tables(self) -> dict[str, Any]:
+        """What the package says of the robot."""
+        found: dict[str, Any] = {}
+        for line in self._asked("tables", "the tables of the package"):
+            name, kind, *words = line.split("\t")
+            found[name] = words[0] if kind == "text" else tuple(words if kind == "words" else map(float, words))
+        if "LIMITS" in found:
+            pairs = zip(found["LIMITS"][::2], found["LIMITS"][1::2], strict=True)
+            found["LIMITS"] = tuple(
+                None if math.isinf(low) and math.isinf(high) else (low, high) for low, high in pairs
+            )
+        if "DOF" in found:
+            found["DOF"] = int(found["DOF"][0])
+        names, values = found.pop("PARAMETER_NAMES", ()), found.pop("PARAMETER_VALUES", ())
+        return found | ({"DEFAULT_PARAMS": dict(zip(names, values, strict=True))} if names else {})
+
+    def _asked(self, line: str, subject: str) -> list[str]:
+        """The lines before the answer.
+
+        Raises:
+            CompileError: If that is not `ready`, or there is none within `PATIENCE`.
+        """
+        asked, answers = self._process.stdin, self._process.stdout
+        timer = threading.Timer(PATIENCE, self._process.kill)
+        timer.start()
+        try:
+            found = _talk(asked, answers, line)
+        finally:
+            timer.cancel()
+        if found[-1] != "ready":
+            reason = found[-1].removeprefix("wrong: ") or "it has ended"
+            raise CompileError(f"Octave refuses {subject} of {self._robot}: {reason}")
+        return found[:-1]
+
+
+def _talk(asked: IO[str] | None, answers: IO[str] | None, line: str) -> list[str]:
+    """Ask, and read up to the answer, which is empty where the process has ended."""
+    if asked is None or answers is None:
+        return [""]
+    try:
+        asked.write(f"{line}\n\n")  # Octave has a line when it has seen what follows
+        asked.flush()
+    except BrokenPipeError:
+        return [""]
+    found = [""]
+    while not (found[-1] == "ready" or found[-1].startswith("wrong: ")):
+        read = answers.readline()
+        found.append(read.rstrip("\n"))
+        if not read:
+            break
+    return found[1:]
+
+
+def _end(process: subprocess.Popen[str], place: tempfile.TemporaryDirectory[str]) -> None:
+    """End a process that waits for a line, and remove its files."""
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            pipe.close()
+    try:
+        process.wait(timeout=5)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    place.cleanup()
+
+
+def _to_columns(array: Array, numbers: Floats) -> bytes:
+    """Numbers (N, ...) in the order of MATLAB."""
+    order = [axis + 1 for axis in reversed(axes(array))]
+    return np.ascontiguousarray(numbers.transpose(0, *order)).tobytes()
+
+
+def _from_columns(array: Array, numbers: Floats, count: int) -> Floats:
+    """The reverse of `_to_columns`."""
+    if not array.shape:
+        return numbers
+    order = axes(array)
+    back = [1 + place for place in np.argsort(order[::-1])]
+    return numbers.reshape(count, *reversed(extents(array))).transpose(0, *back)
