@@ -26,6 +26,7 @@ class Kernels:
         programs: In the order of `Quantity`.
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
+        complete_inverse: Whether all solutions of an arm with six turning joints are wanted, which need it too.
 
     Raises:
         KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
@@ -35,6 +36,7 @@ class Kernels:
     programs: tuple[Program, ...]
     defaults: tuple[Fraction, ...]
     numeric_inverse: bool = False
+    complete_inverse: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))

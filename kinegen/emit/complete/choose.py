@@ -26,9 +26,9 @@ SHIFTS = (0.3, 1.9)
 """The angle c is measured from here in the first and in the second elimination, in rad."""
 
 _TRIALS = 12
-_MISSES = 1
+_MISSES = 2
 _NEAR = 1e-4
-_APART = 1e-3
+_APART = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ def complete_of(robot: Robot) -> Complete:
             if len(found) == USED:
                 break
     if not found:
-        raise refused(robot, "no elimination separates its solutions, as where axes leave a motion free; take inverse")
+        raise refused(robot, "its solutions share the angles that they would be told apart by; take inverse")
     return Complete(screws.scale, (*found, found[0])[:USED])
 
 

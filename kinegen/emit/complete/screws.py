@@ -88,6 +88,16 @@ def refused(robot: Robot, reason: str) -> KinegenError:
     return KinegenError(f"no complete inverse for {robot.name}: {reason}", robot.source)
 
 
+def require_double(robot: Robot, reals: Sequence[str]) -> None:
+    """Refuse a build without double, in which the complete inverse computes.
+
+    Raises:
+        KinegenError: If there is no double among the number types.
+    """
+    if "double" not in reals:
+        raise refused(robot, "it computes in double, which this build leaves out")
+
+
 def pose_of(screws: Screws, q: Sequence[Any]) -> Any:
     """The pose for a joint vector, lengths divided by the scale."""
     found = screws.first

@@ -21,7 +21,7 @@ def null_space(rows: list[Vector]) -> list[Vector]:
     pivots: list[int] = []
     for step in range(min(len(work), size)):
         left = [column for column in range(size) if column not in pivots]
-        best = max(((abs(work[row][column]), -row, -column) for row in range(step, len(work)) for column in left))
+        best = max((abs(work[row][column]), -row, -column) for row in range(step, len(work)) for column in left)
         if best[0] < _TINY:
             break
         row, column = -best[1], -best[2]
