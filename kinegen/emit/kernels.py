@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
+from kinegen.emit.complete.screws import refusal, refused
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import PARTS, comment_text, companion
@@ -43,6 +44,8 @@ class Kernels:
         if self.numeric_inverse and not self.robot.is_arm:
             reason = "it has several tips" if self.robot.is_tree else "it has no joints"
             raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
+        if self.complete_inverse and (reason := refusal(self.robot)):
+            raise refused(self.robot, reason)
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

@@ -32,7 +32,7 @@ PROBES = 8
 """Targets of each kind that has no solutions."""
 
 PLANTED = 1e-4
-"""How near to the joint vector that made a pose one of its solutions must be, in rad; at double roots they lie apart."""
+"""How near to the joint vector that made a pose one of its solutions must be, in rad; double roots lie apart."""
 
 ACCEPTED = 2e-10
 """How far a solution may lead from its target: as a part of the reach, and in rad. The templates accept half of it."""
@@ -131,7 +131,8 @@ def _require_found(robot: Robot, name: str, q: FloatArray, solutions: FloatArray
     if len(missed):
         at = ", ".join(f"{entry:.6g}" for entry in q[missed[0]])
         raise ProofError(
-            f"{name} misses the joint vectors of {len(missed):,} of {len(q):,} poses, such as ({at}); nothing was written"
+            f"{name} misses the joint vectors of {len(missed):,} of {len(q):,} poses, such as ({at}); "
+            "nothing was written"
         )
     low, high = np.array(joint_box(robot)).T
     limited = np.array([variable.limits is not None for variable in robot.variables])

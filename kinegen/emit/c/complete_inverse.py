@@ -11,8 +11,9 @@ import mpmath
 
 from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.c.kernel import model_macro
+from kinegen.emit.complete import numbers
 from kinegen.emit.complete.choose import SHIFTS, complete_of
-from kinegen.emit.complete.numbers import ACCEPTED, FARTHEST, HUGE, MERGED, NEARLY_REAL, RIGID, ROOM, Limits, limits_of
+from kinegen.emit.complete.numbers import Limits, limits_of
 from kinegen.emit.complete.tables import Elimination
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import ROUTINES, Routine
@@ -91,6 +92,10 @@ class CompleteContext:
     rigid: str
     farthest: str
     huge: str
+    attempts: int
+    asides: str
+    least_pivot: str
+    small_pivot: str
     half_turn: str
     turn: str
 
@@ -144,6 +149,7 @@ def complete_context(kernels: Kernels) -> CompleteContext:
         routines=tuple(ROUTINES[Real.DOUBLE][operator] for operator in (Operator.SQRT, Operator.ATAN2)),
         eliminations=tuple(map(_text, complete.eliminations, SHIFTS)),
         reach=_literal(complete.scale),
+        attempts=len(numbers.ASIDES),
         sweeps=SWEEPS,
         steps=STEPS,
         candidates=24,
@@ -158,15 +164,18 @@ def _numbers(limits: Limits) -> dict[str, str]:
         "highest": _array(limits.highest),
         "middle": _array(limits.middle),
         "is_limited": _listed(str(int(limited)) for limited in limits.is_limited),
-        "accepted": f"{ACCEPTED:.0e}",
-        "accepted_square": _literal(ACCEPTED**2),
-        "merged": _literal(MERGED),
-        "nearly_real": _literal(NEARLY_REAL),
+        "accepted": f"{numbers.ACCEPTED:.0e}",
+        "accepted_square": _literal(numbers.ACCEPTED**2),
+        "merged": _literal(numbers.MERGED),
+        "nearly_real": _literal(numbers.NEARLY_REAL),
         "longest_step": _literal(0.4),
-        "room": _literal(ROOM),
-        "rigid": _literal(RIGID**2),
-        "farthest": _literal(FARTHEST),
-        "huge": _literal(HUGE),
+        "room": _literal(numbers.ROOM),
+        "rigid": _literal(numbers.RIGID**2),
+        "farthest": _literal(numbers.FARTHEST),
+        "huge": _literal(numbers.HUGE),
+        "asides": _array(numbers.ASIDES),
+        "least_pivot": _literal(numbers.LEAST_PIVOT),
+        "small_pivot": _literal(numbers.SMALL_PIVOT),
         "half_turn": Real.DOUBLE.literal(_PI),
         "turn": Real.DOUBLE.literal(2 * _PI),
     }
@@ -197,8 +206,8 @@ def _motion(matrix: Any) -> str:
     return _array(matrix[row, column] for row in range(3) for column in range(4))
 
 
-def _array(numbers: Iterable[Any]) -> str:
-    return _listed(map(_literal, numbers))
+def _array(entries: Iterable[Any]) -> str:
+    return _listed(map(_literal, entries))
 
 
 def _listed(items: Iterable[str]) -> str:

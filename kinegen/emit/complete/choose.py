@@ -19,6 +19,8 @@ from kinegen.emit.complete.screws import JOINTS, Screws, pose_of, refusal, refus
 from kinegen.emit.complete.tables import ORDERS, Elimination, carried, elimination, split, widened
 from kinegen.robot.model import Robot
 
+Floats = NDArray[np.float64]
+
 USED = 2
 """Eliminations of an arm: where the first one leaves a doubt, the second one is made."""
 
@@ -28,7 +30,7 @@ SHIFTS = (0.3, 1.9)
 _TRIALS = 12
 _MISSES = 2
 _NEAR = 1e-4
-_APART = 1e-5
+_SINGLE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,31 +71,39 @@ def complete_of(robot: Robot) -> Complete:
 
 
 def _suits(screws: Screws, candidate: Elimination) -> bool:
-    """Whether the angle c of nearly every random target is a single root."""
+    """Whether the angle c of nearly every random target is a single root, with one null vector."""
     random = np.random.default_rng(1)
     missed = 0
     for q in random.uniform(-np.pi, np.pi, (_TRIALS, JOINTS)):
+        polynomial = _polynomial(screws, candidate, q)
         try:
-            roots = np.linalg.eigvals(_companion(screws, candidate, q))
+            roots = np.linalg.eigvals(_companion(candidate, polynomial))
         except np.linalg.LinAlgError:
             return False
-        angles = 2 * np.arctan(roots)
         planted = -q[candidate.order[2]] if candidate.backwards else q[candidate.order[2]]
-        apart = np.sort(np.abs(np.exp(1j * angles) - np.exp(1j * planted)))
-        missed += not (apart[0] < _NEAR and apart[1] > _APART)
+        apart = np.abs(np.exp(2j * np.arctan(roots)) - np.exp(1j * planted)).min()
+        t = np.tan(planted / 2)
+        square, linear, constant = polynomial
+        sizes = np.linalg.svd((square * t**2 + linear * t + constant) / (1 + t**2), compute_uv=False)
+        missed += not (apart < _NEAR and sizes[-2] > _SINGLE * sizes[0])
         if missed > _MISSES:
             return False
     return True
 
 
-def _companion(screws: Screws, candidate: Elimination, q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The matrix whose eigenvalues are tan(c / 2), shape (16, 16)."""
+def _polynomial(screws: Screws, candidate: Elimination, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """The twelve equations as factors of t^2, t and 1, for the pose of a joint vector; each of shape (12, 12)."""
     target = pose_of(screws, list(map(mpmath.mpf, q.tolist())))
     closing = candidate.left * (target if candidate.backwards else mpmath.inverse(target)) * candidate.right
     rows = _equations(candidate, mpmath.inverse(closing))
     wide = np.array([[part for row in rows for part in widened(list(row[k]))] for k in range(3)], dtype=float)
     cosine, sine, rest = wide
-    square, linear, constant = rest - cosine, 2 * sine, rest + cosine
+    return rest - cosine, 2 * sine, rest + cosine
+
+
+def _companion(candidate: Elimination, polynomial: tuple[Floats, Floats, Floats]) -> Floats:
+    """The matrix whose eigenvalues are tan(c / 2), shape (16, 16)."""
+    square, linear, constant = polynomial
     basis = np.array([[float(entry) for entry in vector] for vector in candidate.basis]).T
     real, pairs = candidate.real, 4 - candidate.real
     re, im, more = np.split(basis[:, real:], [pairs, 2 * pairs], axis=1)
@@ -105,7 +115,7 @@ def _companion(screws: Screws, candidate: Elimination, q: NDArray[np.float64]) -
     return found
 
 
-def _equations(candidate: Elimination, opened: Any) -> NDArray[np.float64]:
+def _equations(candidate: Elimination, opened: Any) -> Floats:
     """Six equations in c, d and e, shape (6, 3, 9); `opened` is the inverse of the transform with the target."""
     start = [mpmath.mpf(entry) for entry in (0, 0, 1, *[0] * 11, 1)]
     first, last = (opened, candidate.fixed) if candidate.closes_first else (candidate.fixed, opened)

@@ -17,6 +17,15 @@ MERGED = 1e-6
 NEARLY_REAL = 0.01
 """Roots t with a smaller |Im t| / (1 + |Re t|^2) are followed."""
 
+ASIDES = (0.0, 0.0, 1e-3, -1e-3)
+"""How far beside the target each elimination is made, in rad and as a part of the reach; the two take turns."""
+
+LEAST_PIVOT = 1e-14
+"""A matrix with a smaller pivot counts as singular."""
+
+SMALL_PIVOT = 1e-6
+"""With a smaller pivot, the roots may have lost so many digits that another elimination is made."""
+
 ROOM = 1e-9
 """How far outside its limits a joint of a solution may be, in rad."""
 

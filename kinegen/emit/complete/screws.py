@@ -6,6 +6,7 @@ the reference, so conventions do not matter here.
 
 from __future__ import annotations
 
+import itertools
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -74,7 +75,7 @@ def screws_of(robot: Robot) -> Screws:
     size = reach(robot, robot.tips)
     frames = _frames([(axis, point / size) for axis, point in axes])
     home = _scaled(home, 1 / mpmath.mpf(size))
-    links = tuple(mpmath.inverse(one) * other for one, other in zip(frames, frames[1:], strict=False))
+    links = tuple(mpmath.inverse(one) * other for one, other in itertools.pairwise(frames))
     screws = Screws(frames[0], links, mpmath.inverse(frames[-1]) * home, float(size))
     source = random.Random(1)  # noqa: S311 - a test of the model, not a secret
     q = [mpmath.mpf(source.randrange(-300, 300)) / 100 for _ in range(JOINTS)]

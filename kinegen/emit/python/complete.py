@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 
 from kinegen.emit.complete.choose import SHIFTS, complete_of
-from kinegen.emit.complete.numbers import ACCEPTED, MERGED, NEARLY_REAL
+from kinegen.emit.complete.numbers import ACCEPTED, ASIDES, MERGED, NEARLY_REAL
 from kinegen.emit.complete.tables import Elimination
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
@@ -25,7 +25,7 @@ def emit_tables(kernels: Kernels) -> dict[str, str]:
         name=kernels.robot.name,
         provenance=provenance(kernels.robot),
         tables=tuple(map(_fields, complete.eliminations, SHIFTS)),
-        bounds=f"{ACCEPTED!r}, {MERGED!r}, {NEARLY_REAL!r}, {complete.scale!r}",
+        bounds=", ".join(map(repr, (ACCEPTED, MERGED, NEARLY_REAL, complete.scale, ASIDES))),
     )
     return {TABLES: text}
 

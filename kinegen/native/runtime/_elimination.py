@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-_STEPS, _LONGEST = 24, 0.4
+_STEPS, _LONGEST, _FIRM = 24, 0.4, 1e7
 _ALONG, _X, _Y = [2, 5, 8, 11, 12, 13], [0, 3, 6, 9], [1, 4, 7, 10]
 _COSINES = np.array([[0.5, 0, 0.5, 0], [0, 0.5, 0, 0.5], [0, 0, 1, 0]])
 _SINES = np.array([[0, 0.5, 0, -0.5], [-0.5, 0, 0.5, 0], [0, 0, 0, 1]])
@@ -34,19 +34,20 @@ class Elimination(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What is accepted of a solution, what counts as the same one, which roots are followed; the reach."""
+    """What is accepted of a solution, what is the same one, which roots are followed; the reach; steps aside."""
 
     accepted: float
     merged: float
     nearly_real: float
     reach: float
+    asides: tuple[float, ...]
 
 
 class Problem:
     """One elimination for some targets (n, 4, 4)."""
 
     def __init__(self, table: Elimination, targets: Floats, reach: float) -> None:
-        self.table, self.targets = table, targets
+        self.table, self.targets, self.is_firm = table, targets, np.zeros(len(targets), bool)
         scaled = targets.copy()
         scaled[:, :3, 3] /= reach
         seen = scaled if table.backwards else _inverse(scaled)
@@ -92,6 +93,7 @@ class Problem:
         found[:, 12 - real :, 2 * pairs : 2 * pairs + more.shape[1]] = np.eye(more.shape[1])
         lead, tails = self.square @ basis, np.concatenate(tail, axis=2)
         roots = np.full((len(found), 16), np.nan, complex)
+        self.is_firm = np.linalg.cond(lead) < _FIRM
         for index in range(len(found)):  # one of them may be singular
             try:
                 found[index, : 12 - real] = -np.linalg.solve(lead[index], tails[index])[real:]
@@ -133,14 +135,17 @@ class Solver:
         """A list of joint vectors for each of the targets (n, 4, 4), which are poses."""
         found: list[list[Floats]] = [[] for _ in targets]
         doubtful: Rows = np.arange(len(targets))
-        for table in self._tables:
+        for index, aside in enumerate(self._bounds.asides):
             if len(doubtful):
-                doubtful = self._eliminate(table, targets, doubtful, found)
+                table = self._tables[index % len(self._tables)]
+                doubtful = self._eliminate(table, aside, targets, doubtful, found)
         return found
 
-    def _eliminate(self, table: Elimination, targets: Floats, rows: Rows, found: list[list[Floats]]) -> Rows:
+    def _eliminate(
+        self, table: Elimination, aside: float, targets: Floats, rows: Rows, found: list[list[Floats]]
+    ) -> Rows:
         """Collect what one elimination finds; returns the targets that are left in doubt."""
-        problem = Problem(table, targets[rows], self._bounds.reach)
+        problem = Problem(table, _moved(targets[rows], aside, self._bounds.reach), self._bounds.reach)
         roots = problem.roots()
         nearness = np.abs(roots.imag) / (1 + roots.real**2)
         at, which = np.nonzero((nearness <= self._bounds.nearly_real) & (roots.imag >= 0))
@@ -152,13 +157,13 @@ class Solver:
         q = np.empty_like(angles)
         q[:, table.order] = -angles if table.backwards else angles
         q, reached = self._polish(self._finished(q, table.order[5], targets[rows[places]]), targets[rows[places]])
-        sure = ~np.isnan(roots).any(axis=1)
+        sure = problem.is_firm.copy()
         sure[at[(root.imag == 0) & ~reached[: len(at)]]] = False
         sure[at[pairs[near[pairs] < 1e-6]]] = False
         sure[places[len(at) :][reached[len(at) :]]] = False
         for place in np.flatnonzero(reached):
             self._collect(q[place], found[rows[places[place]]])
-        sure &= np.array([len(found[row]) % 2 == 0 for row in rows])
+        sure &= np.array([len(found[row]) % 2 == 0 and bool(found[row]) for row in rows])
         left: Rows = rows[~sure]
         return left
 
@@ -205,6 +210,19 @@ class Solver:
         turn = v * (np.arctan2(sine, cosine) / np.where(sine > 0, sine, 1.0))[:, None]
         turn[(sine <= 0) & (cosine < 0), 0] = np.pi
         return np.concatenate([(targets[:, :3, 3] - pose[:, :3, 3]) / reach, turn], axis=1), scaled
+
+
+def _moved(targets: Floats, aside: float, reach: float) -> Floats:
+    """Poses a little beside the targets, as the C files take them."""
+    found = targets.copy()
+    for index, (shift, axis) in enumerate(((0.36, 0.48), (-0.48, 0.8), (0.8, -0.36))):
+        upper, lower = found[:, (index + 1) % 3, :3].copy(), found[:, (index + 2) % 3, :3].copy()
+        sine = axis * aside
+        cosine = np.sqrt(1 - sine * sine)
+        found[:, (index + 1) % 3, :3] = cosine * upper - sine * lower
+        found[:, (index + 2) % 3, :3] = sine * upper + cosine * lower
+        found[:, index, 3] += shift * aside * reach
+    return found
 
 
 def _skew(r: Floats) -> Floats:
