@@ -43,6 +43,7 @@ class EliminationText:
     backwards: int
     closes_first: int
     real: int
+    pairs: int
     shift: str
     left: str
     right: str
@@ -189,6 +190,7 @@ def _text(elimination: Elimination, shift: float) -> EliminationText:
         backwards=int(elimination.backwards),
         closes_first=int(elimination.closes_first),
         real=elimination.real,
+        pairs=4 - elimination.real,
         shift=_array(turned),
         left=_motion(elimination.left),
         right=_motion(elimination.right),
