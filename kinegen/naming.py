@@ -225,6 +225,11 @@ def search_file(robot: str, extension: str, real: str = "double") -> str:
     return f"{prefix(robot, real)}_numeric_inverse.{extension}"
 
 
+def complete_file(robot: str, extension: str) -> str:
+    """The files of the complete inverse, in double alone: `jaco2_complete_inverse.c`."""
+    return f"{robot}_complete_inverse.{extension}"
+
+
 def selftest_file(robot: str, real: str = "double") -> str:
     """The self-test of one number type: `puma560_selftest.c`."""
     return f"{prefix(robot, real)}_selftest.c"

@@ -85,6 +85,7 @@ class Kind(StrEnum):
     FK_ACTUATORS = "fk_actuators"
     JACOBIAN_ACTUATORS = "jacobian_actuators"
     NUMERIC_INVERSE = "numeric_inverse"
+    COMPLETE_INVERSE = "complete_inverse"
 
 
 class Reference(StrEnum):
@@ -116,6 +117,7 @@ _FRAMELESS = (
     Kind.ACTUATORS_TO_JOINTS,
     Kind.JOINTS_TO_ACTUATORS,
     Kind.NUMERIC_INVERSE,
+    Kind.COMPLETE_INVERSE,
 )
 
 
@@ -168,6 +170,12 @@ Quantity.POSITION = Quantity(Kind.POSITION)
 POSE_AND_JACOBIAN = Quantity(Kind.FK_JACOBIAN)
 NUMERIC_INVERSE = Quantity(Kind.NUMERIC_INVERSE)
 """A search on the kernel of pose and Jacobian; it has no program of its own."""
+
+COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
+"""All solutions of an arm with six turning joints, by elimination; it has no program of its own either."""
+
+SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE)
+"""Outputs without a program, which need the pose with its Jacobian."""
 
 USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
 """What is built where nothing else is asked for."""
@@ -257,8 +265,8 @@ def parse_quantity(text: str) -> Quantity:
 
 def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """The quantities that have programs, with those that others are built on."""
-    programs = tuple(quantity for quantity in quantities if quantity != NUMERIC_INVERSE)
-    missing = NUMERIC_INVERSE in quantities and POSE_AND_JACOBIAN not in programs
+    programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
+    missing = any(solver in quantities for solver in SOLVERS) and POSE_AND_JACOBIAN not in programs
     return (*programs, POSE_AND_JACOBIAN) if missing else programs
 
 

@@ -56,10 +56,15 @@ def _inspect(file: str) -> None:
 
 
 def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
+    from kinegen.emit.complete.screws import refusal
+
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
         return lines
-    return [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
+    lines = [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
+    if not refusal(robot):
+        lines.append(f"{_INDENT}All solutions, up to 16: kinegen build --outputs complete_inverse")
+    return lines
 
 
 def _family_lines(robot: Robot, family: Family) -> list[str]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from kinegen.emit.c import C
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.vectors import emit_vectors
+from kinegen.emit.complete.screws import require_double
 from kinegen.emit.fixed import INTEGERS
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.fixed.vectors import FixedVectors, emit_fixed_vectors
@@ -45,6 +46,8 @@ def emit_files(kernels: Kernels, reals: tuple[Real, ...], vectors: Vectors) -> E
     Returns:
         C kernels, their test vectors, and the Python module with its NumPy form.
     """
+    if kernels.complete_inverse:
+        require_double(kernels.robot, reals)
     sources: dict[str, str] = {}
     for real in reals:
         sources |= C.files(kernels, real)

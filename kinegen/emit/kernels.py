@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
+from kinegen.emit.complete.screws import refusal, refused
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import PARTS, comment_text, companion
@@ -26,6 +27,7 @@ class Kernels:
         programs: In the order of `Quantity`.
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
+        complete_inverse: Whether all solutions of an arm with six turning joints are wanted, which need it too.
 
     Raises:
         KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
@@ -35,12 +37,15 @@ class Kernels:
     programs: tuple[Program, ...]
     defaults: tuple[Fraction, ...]
     numeric_inverse: bool = False
+    complete_inverse: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
         if self.numeric_inverse and not self.robot.is_arm:
             reason = "it has several tips" if self.robot.is_tree else "it has no joints"
             raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
+        if self.complete_inverse and (reason := refusal(self.robot)):
+            raise refused(self.robot, reason)
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

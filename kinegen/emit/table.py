@@ -70,6 +70,7 @@ def command_line(kernels: Kernels, *more: str) -> str:
     """The same in one line."""
     outputs = [str(program.quantity) for program in kernels.programs]
     outputs += [str(Kind.NUMERIC_INVERSE)] * kernels.numeric_inverse
+    outputs += [str(Kind.COMPLETE_INVERSE)] * kernels.complete_inverse
     chosen = [parameter.name for parameter in kernels.robot.parameters if parameter.chosen]
     options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else []), *more]
     return " ".join([f"kinegen build {comment_text(kernels.robot.source)}", *options])

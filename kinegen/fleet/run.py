@@ -27,7 +27,7 @@ from kinegen.fleet.sources import PURPOSE, Source, find_sources
 from kinegen.fleet.work import Job, make_part
 from kinegen.fleet.writing import COMPRESSIONS, ENDINGS, KINDS, check_compression, sweep
 from kinegen.output_file import check_output
-from kinegen.outputs import NUMERIC_INVERSE, parse_quantity
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, parse_quantity
 from kinegen.robot.digest import digest
 from kinegen.workspace.optional import library
 
@@ -189,6 +189,8 @@ def _evaluate(
     quantities = tuple(map(parse_quantity, words or ("pose",)))
     if NUMERIC_INVERSE in quantities:
         raise KinegenError("numeric_inverse is a search from a start, which is not made over data sets; take inverse")
+    if COMPLETE_INVERSE in quantities:
+        raise KinegenError("complete_inverse has no form for data sets; call it in Python, with arrays")
     model = model_of(load(robot))
     is_elsewhere = bool(options.scheduler)
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=is_elsewhere)

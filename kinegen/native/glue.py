@@ -68,6 +68,7 @@ class Interface:
         reals: `double`, `float` or both, in this order.
         parameters: Names of the runtime parameters, in the order of the C struct.
         numeric_inverse: Whether it offers the search for joint values.
+        complete_inverse: Whether it offers all solutions of an arm.
     """
 
     symbol: str
@@ -75,6 +76,7 @@ class Interface:
     reals: tuple[str, ...]
     parameters: tuple[str, ...] = ()
     numeric_inverse: bool = False
+    complete_inverse: bool = False
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""

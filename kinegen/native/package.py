@@ -17,6 +17,7 @@ from kinegen.emit.nearest import NAME, nearest_signature
 from kinegen.emit.reals import Real
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension, compile_extension
+from kinegen.native.complete import complete_declarations, complete_glue
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
@@ -46,6 +47,7 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         reals=tuple(real.value for real in reals),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
         numeric_inverse=kernels.numeric_inverse,
+        complete_inverse=kernels.complete_inverse,
     )
 
 
@@ -68,9 +70,13 @@ def build_extension(
     """
     flags = flags or Flags()
     kernels = {**sources, **dispatch(interface, flags)}
-    more = search_declarations(interface) if interface.numeric_inverse else ()
+    more: tuple[str, ...] = ()
     if interface.numeric_inverse:
+        more += search_declarations(interface)
         kernels |= search_glue(interface)
+    if interface.complete_inverse:
+        more += complete_declarations(interface)
+        kernels |= complete_glue(interface)
     return compile_extension(
         {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),

@@ -22,7 +22,7 @@ from kinegen.errors import ProofError
 from kinegen.ir.lower import program_of
 from kinegen.naming import default_params, vectors_file
 from kinegen.native.compiler import find_compiler
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import SOLVERS, Kind, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.joint_limits import require_limits, require_python_limits
@@ -63,7 +63,7 @@ def require_files(
         CompileError: If a file does not compile, or a header lacks a macro.
         ProofError: If a table, a macro, a default, a function or a self-test is wrong.
     """
-    programs = tuple(quantity for quantity in quantities if quantity.kind is not Kind.NUMERIC_INVERSE)
+    programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
     require_tables(robot, package, programs)
     require_python_limits(robot, package)
     require_types(robot, package, folder)

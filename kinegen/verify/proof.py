@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.compared import Judge, Store, compare
 from kinegen.verify.comparison import Comparison, Proof
+from kinegen.verify.complete import Completed, complete_line, try_complete
 from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
@@ -68,7 +69,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     Returns:
         The comparisons; see `Proof.require`.
     """
-    inverses = tuple(each for each in quantities if each.kind in (Kind.INVERSE, Kind.NUMERIC_INVERSE))
+    inverses = tuple(each for each in quantities if each.kind is Kind.INVERSE or each in SOLVERS)
     quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
     programs = {quantity: program_of(robot, quantity) for quantity in quantities}
@@ -83,7 +84,11 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         comparisons += _compare_exactly(robot, package, programs)
         comparisons += _compare_laws(robot, package, programs)
     counts: list[str] = []
-    for quantity, real in itertools.product(inverses, reals):
+    if COMPLETE_INVERSE in inverses:
+        completed = try_complete(robot, package)
+        comparisons += map(_complete_comparison, completed)
+        counts.append(complete_line(completed[0]))
+    for quantity, real in itertools.product((each for each in inverses if each != COMPLETE_INVERSE), reals):
         attempt = _search if quantity == NUMERIC_INVERSE else _solve
         found, told = attempt(robot, package, quantity, real)
         counts += [told] * (real == reals[0])
@@ -130,6 +135,21 @@ def _search_comparison(search: Search, real: str) -> Comparison:
         worst=search.worst,
         frame=TOOL,
         real=real,
+    )
+
+
+def _complete_comparison(completed: Completed) -> Comparison:
+    return Comparison(
+        target=f"{completed.target}, all solutions",
+        quantity=COMPLETE_INVERSE,
+        poses=completed.targets,
+        position_error=completed.position_error,
+        rotation_error=completed.rotation_error,
+        position_tolerance=completed.position_tolerance,
+        rotation_tolerance=completed.rotation_tolerance,
+        worst=completed.worst,
+        frame=TOOL,
+        real="double",
     )
 
 

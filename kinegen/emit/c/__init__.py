@@ -23,11 +23,14 @@ def _syntax(real: str) -> Syntax[Operator]:
 def _files(kernels: Kernels, real: str) -> dict[str, str]:
     # Here, so that the list of languages is quick to read.
     from kinegen.emit.c.batch import emit_batch
+    from kinegen.emit.c.complete_inverse import emit_complete_inverse
     from kinegen.emit.c.kernel import emit_kernel
     from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
 
     files = emit_kernel(kernels, Real(real)) | emit_batch(kernels, Real(real))
-    return files | (emit_numeric_inverse(kernels, Real(real)) if kernels.numeric_inverse else {})
+    files |= emit_numeric_inverse(kernels, Real(real)) if kernels.numeric_inverse else {}
+    has_complete = kernels.complete_inverse and Real(real) is Real.DOUBLE
+    return files | (emit_complete_inverse(kernels) if has_complete else {})
 
 
 C = Language(

@@ -7,9 +7,11 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
+from kinegen.emit.c.complete_inverse import CompleteContext, complete_context
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
+from kinegen.emit.complete.screws import require_double
 from kinegen.emit.fixed.kernel import FixedContext, fixed_context
 from kinegen.emit.fixed.kernels import FixedKernels
 from kinegen.emit.functions import is_straight
@@ -89,6 +91,7 @@ class ProjectContext:
     kernels: tuple[KernelContext | FixedContext, ...]
     choices: tuple[str, ...]
     searches: tuple[SolverContext, ...]
+    complete: tuple[CompleteContext, ...]
     headers: tuple[str, ...]
     sources: tuple[str, ...]
     manuals: tuple[Manual, ...]
@@ -122,6 +125,9 @@ def project_context(
     integers = (fixed_context(fixed),) if fixed else ()
     contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
     searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
+    if kernels.complete_inverse:
+        require_double(robot, reals)
+    complete = (complete_context(kernels),) if kernels.complete_inverse else ()
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -139,9 +145,14 @@ def project_context(
         kernels=contexts,
         choices=tuple(each.nearest.name for each in floats if each.nearest),
         searches=searches,
-        headers=(*(each.header for each in contexts), *(each.header for each in searches)),
-        sources=(*(each.source for each in contexts), *(each.source for each in searches)),
-        manuals=(*(_manual(kernels, context) for context in contexts), *map(_search_manual, searches)),
+        complete=complete,
+        headers=(*(each.header for each in contexts), *(each.header for each in (*searches, *complete))),
+        sources=(*(each.source for each in contexts), *(each.source for each in (*searches, *complete))),
+        manuals=(
+            *(_manual(kernels, context) for context in contexts),
+            *map(_search_manual, searches),
+            *map(_complete_manual, complete),
+        ),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
         example=fixed_example(fixed)
@@ -156,7 +167,8 @@ def project_context(
 def _steps(kernels: Kernels) -> str:
     """Which functions take the same time for all inputs."""
     if all(map(is_straight, kernels.programs)):
-        functions = "every function but the search takes" if kernels.numeric_inverse else "every function takes"
+        loops = ["the search"] * kernels.numeric_inverse + ["the complete inverse"] * kernels.complete_inverse
+        functions = f"every function but {' and '.join(loops)} takes" if loops else "every function takes"
     else:
         functions = "a function without square roots, arc tangents and selections takes"
     return f"On a processor with an FPU for its numbers, {functions} the same instructions for every input."
@@ -194,6 +206,11 @@ def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
 def _search_manual(search: SolverContext) -> Manual:
     what = "Joint values for a pose of the tool, by a search."
     return Manual(search.header, "", ((search.prototype, what, "a bounded number of steps"),))
+
+
+def _complete_manual(complete: CompleteContext) -> Manual:
+    what = "All joint vectors for a pose of the tool."
+    return Manual(complete.header, "", ((complete.prototype, what, "a bounded number of steps"),))
 
 
 def _sentence(robot: Robot, about: str) -> str:

@@ -83,5 +83,6 @@ class PackageContext:
     named: bool
     has_jacobians: bool
     numeric_inverse: Numeric | None
+    complete_inverse: bool
     stamp: str
     exported: tuple[str, ...]

@@ -16,6 +16,7 @@ from kinegen.emit.inverse import branch_lines, branches_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.limits import joint_limits
 from kinegen.emit.nearest import turnings
+from kinegen.emit.python.complete import emit_tables
 from kinegen.emit.python.context import Numeric, PackageContext, PublicKernel
 from kinegen.emit.python.example import example
 from kinegen.emit.python.stub import emit_stub
@@ -23,7 +24,7 @@ from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Branches, Kind
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Branches, Kind
 from kinegen.robot.actuators.extent import reading_ranges
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
@@ -53,6 +54,9 @@ NAMES = "_names.py"
 NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
 """What is copied besides for the search for joint values."""
 
+COMPLETE = ("_complete_inverse.py", "_elimination.py", "_targets.py")
+"""What is copied besides for all solutions of an arm."""
+
 ACTUATORS = "_actuators.py"
 """What is copied besides where kernels take or give readings of actuators."""
 
@@ -77,12 +81,13 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
     files += (NAMES,) * context.named
     files += INVERSE * bool(context.branches)
-    files += NUMERIC * kernels.numeric_inverse
+    files += NUMERIC * kernels.numeric_inverse + COMPLETE * kernels.complete_inverse
     banner = f"# {provenance(kernels.robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
         "__init__.py": environment().get_template("python/__init__.py.jinja").render(k=context),
         **emit_stub(kernels, context),
+        **(emit_tables(kernels) if kernels.complete_inverse else {}),
         **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in files},
         "py.typed": "",
     }
@@ -122,6 +127,7 @@ def _context(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> PackageCo
         named=any(function.is_named for function in functions),
         has_jacobians=has_jacobians,
         numeric_inverse=_numeric(kernels) if kernels.numeric_inverse else None,
+        complete_inverse=kernels.complete_inverse,
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
@@ -142,6 +148,7 @@ def _exported(
     names += ["BRANCHES"] * any(function.wrapper == "Inverse" for function in functions)
     names += ["ACTUATORS", "ACTUATOR_RANGES", "ACTUATOR_UNITS", "check_actuators"] * has_actuators(kernels)
     names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
+    names += [COMPLETE_INVERSE.function] * kernels.complete_inverse
     return tuple(sorted(names, key=_export_key))
 
 

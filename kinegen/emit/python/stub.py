@@ -87,6 +87,7 @@ _PLACES = {
     "._limits": ("Clamp", "WithinLimits"),
     "._measures": (),
     "._names": ("ByName", "NamedKernel"),
+    "._complete_inverse": ("CompleteInverse",),
     "._numeric_inverse": ("NumericInverse",),
     "._parameters": ("Values",),
 }
@@ -134,6 +135,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
             "within_limits: WithinLimits",
             "clamp: Clamp",
             *([f"{context.numeric_inverse.name}: NumericInverse"] if context.numeric_inverse else []),
+            *(["complete_inverse: CompleteInverse"] if context.complete_inverse else []),
             "backend: str",
         ),
         parameters=tuple(name for name, _ in context.parameters),

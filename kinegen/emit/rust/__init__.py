@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from kinegen.emit.language import Language, refuses_nothing
+from kinegen.emit.language import Language
 from kinegen.emit.reals import Real
+from kinegen.outputs import Kind, Quantity
 
 if TYPE_CHECKING:
     from kinegen.emit.c.expected import Vectors
@@ -22,6 +23,10 @@ _WORDS = frozenset(
 
 _CRATES = frozenset("alloc cc core glam nalgebra proc_macro std test f32 f64".split())
 """Crates and types that a crate of the same name would hide."""
+
+
+def _refuses(quantity: Quantity) -> str:
+    return "it is in C and Python alone" if quantity.kind is Kind.COMPLETE_INVERSE else ""
 
 
 def _syntax(real: str) -> Syntax[Operator]:
@@ -49,7 +54,7 @@ RUST = Language(
     reals=tuple(Real),
     syntax=_syntax,
     files=_files,
-    refuses=refuses_nothing,
+    refuses=_refuses,
     tools=("rustc",),
     install="rustc",
     tests=_tests,
