@@ -171,7 +171,7 @@ def test_the_package_tests_itself(name: str, tmp_path: Path) -> None:
 @needs_mkoctfile
 def test_the_mex_file_has_the_same_bits_and_refuses_what_is_wrong(tmp_path: Path) -> None:
     code = """
-    build_mex('-O1');
+    build_mex
     run_tests
     disp(strjoin(puma560_mex(), ' '));
     q = sin(reshape(1:6 * 9000, 6, []));
