@@ -1,0 +1,36 @@
+"""The machine controllers that packages are written for."""
+
+from __future__ import annotations
+
+from kinegen.emit.reals import Real
+from kinegen.older import StrEnum
+from kinegen.outputs import POSE_AND_JACOBIAN, Kind, Quantity
+
+
+class Controller(StrEnum):
+    """A controller, as `--package` names it."""
+
+    LINUXCNC = "linuxcnc"
+
+    @property
+    def title(self) -> str:
+        """Its name as its makers write it."""
+        return _TITLES[self]
+
+    @property
+    def reals(self) -> tuple[Real, ...]:
+        """The number type of its joints."""
+        return (Real.DOUBLE,)
+
+    @property
+    def folder(self) -> str:
+        """Where packages for it go unless the user says otherwise."""
+        return self.value
+
+
+_TITLES = {
+    Controller.LINUXCNC: "LinuxCNC",
+}
+
+NEEDED = (Quantity.POSE, POSE_AND_JACOBIAN, Quantity(Kind.INVERSE))
+"""The outputs that every controller calls, in the order of `Kind`."""
