@@ -29,7 +29,7 @@ from tests.emit.emitted import ROOT
 HERE = Path(__file__).resolve().parent
 ARMS = HERE / "robots"
 
-DEBIAN = {"halrun": "linuxcnc-uspace", "halcompile": "linuxcnc-uspace-dev", "g++": "g++", "gcc": "gcc"}
+DEBIAN = {"halrun": "linuxcnc-uspace", "halcompile": "linuxcnc-uspace-dev", "g++": "g++", "gcc": "gcc", "make": "make"}
 """What to install for a program, on Debian."""
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror")

@@ -1,0 +1,79 @@
+#!/usr/bin/python3
+"""An operator for tests, which LinuxCNC starts as its display: homes, sends the lines of a file, writes what happened."""
+
+import json
+import os
+import sys
+import time
+
+import linuxcnc
+
+command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
+
+
+def until(done, seconds=30.0):
+    """Wait for a condition of the machine."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        status.poll()
+        if done():
+            return True
+        time.sleep(0.005)
+    return False
+
+
+def told():
+    """The messages that the machine shows."""
+    found = []
+    while True:
+        message = errors.poll()
+        if message is None:
+            return found
+        found.append(message[1].strip())
+
+
+def ready():
+    """Switch the machine on, and home it if it is not."""
+    command.state(linuxcnc.STATE_ESTOP_RESET)
+    command.state(linuxcnc.STATE_ON)
+    until(lambda: status.task_state == linuxcnc.STATE_ON)
+    if not all(status.homed[: status.joints]):
+        command.mode(linuxcnc.MODE_MANUAL)
+        command.wait_complete()
+        command.teleop_enable(0)
+        command.wait_complete()
+        command.home(-1)
+        until(lambda: all(status.homed[: status.joints]))
+    command.mode(linuxcnc.MODE_MDI)
+    command.wait_complete()
+
+
+def send(line):
+    """Send one line, wait until the arm stands, and say where."""
+    command.mdi(line)
+    command.wait_complete(0.1)
+    time.sleep(0.05)
+    until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0)
+    time.sleep(0.05)
+    status.poll()
+    joints, world = status.joint_position[: status.joints], status.position[:6]
+    return {"line": line, "joints": joints, "world": world, "errors": told(), "on": status.task_state == linuxcnc.STATE_ON}
+
+
+def main():
+    """Run the lines; the machine is switched on again after an error."""
+    time.sleep(0.5)
+    ready()
+    results = [{"line": "", "joints": status.joint_position[: status.joints], "world": status.position[:6], "errors": told()}]
+    with open(os.environ["OPERATOR_LINES"]) as lines:
+        for line in lines.read().splitlines():
+            results.append(send(line))
+            if results[-1]["errors"]:
+                ready()
+    with open(os.environ["OPERATOR_TOLD"], "w") as out:
+        json.dump(results, out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""A whole LinuxCNC run of the simulation in a package: G0, G1, G2, targets out of reach, lines through singularities."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kinegen import reference
+from kinegen.emit.controllers.controller import Controller
+from kinegen.emit.controllers.machine import angles
+from tests.controllers.halrun import as_nobody, installed
+from tests.controllers.packages import HERE, kernels, machine, write_package
+
+pytestmark = pytest.mark.controllers
+
+SAMPLER = """
+loadrt sampler depth=4000 cfg={types}
+addf sampler.0 servo-thread
+{nets}
+loadusr halsampler {place}/samples
+"""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a run left.
+
+    Attributes:
+        steps: For home and each line what the operator wrote.
+        joints: Commanded joints of every millisecond, shape (N, dof), degrees and millimetres.
+    """
+
+    steps: list[dict[str, Any]]
+    joints: NDArray[np.float64]
+
+
+def run_machine(place: Path, name: str, lines: Sequence[str]) -> Run:
+    """Start the simulation of a package with the operator of these tests in place of a display."""
+    folder = write_package(place, name, Controller.LINUXCNC)
+    ini, hal = folder / "sim" / f"{name}.ini", folder / "sim" / f"{name}.hal"
+    operator = place / "operator.py"
+    operator.write_text((HERE / "operator.py").read_text())
+    operator.chmod(0o755)
+    ini.write_text(ini.read_text().replace("DISPLAY = axis", f"DISPLAY = {operator}"))
+    dof = kernels(name).robot.dof
+    nets = "\n".join(f"net joint-{k} => sampler.0.pin.{k}" for k in range(dof))
+    hal.write_text(hal.read_text() + SAMPLER.format(types="f" * dof, nets=nets, place=place))
+    (place / "lines").write_text("\n".join(lines) + "\n")
+    with installed(folder):
+        printed = as_nobody(
+            ["linuxcnc", "-r", str(ini)],
+            place,
+            OPERATOR_LINES=str(place / "lines"),
+            OPERATOR_TOLD=str(place / "told"),
+        )
+    assert (place / "told").exists(), printed
+    rows = [row.split() for row in (place / "samples").read_text().splitlines()]
+    joints = np.array([row for row in rows if len(row) == dof and "overrun" not in row], dtype=float)
+    return Run(json.loads((place / "told").read_text()), joints)
+
+
+def joints_of(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joint values of the kernels from degrees and millimetres."""
+    return np.array([v * joint.scale for v, joint in zip(values, machine(name, Controller.LINUXCNC).joints)])
+
+
+def world_of(name: str, q: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Position in millimetres and angles in degrees."""
+    made = machine(name, Controller.LINUXCNC)
+    pose = reference.pose(kernels(name).robot, [q])[0, 0]
+    return np.array([*(pose[:3, 3] * made.millimetres), *np.degrees(angles(pose))])
+
+
+def goto(name: str, q: NDArray[np.float64], shift: NDArray[np.float64], code: str) -> str:
+    """A line that moves to the pose of joint values, shifted by millimetres."""
+    world = world_of(name, q)
+    world[:3] += shift
+    return f"{code} " + " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZABC", world, strict=True))
+
+
+def require_close(name: str, step: dict[str, Any], world: NDArray[np.float64]) -> None:
+    """The arm stands where it was sent."""
+    found = world_of(name, joints_of(name, step["joints"]))
+    letters = machine(name, Controller.LINUXCNC).coordinates
+    assert step["errors"] == []
+    np.testing.assert_allclose(found[:3], world[:3], atol=1e-4)
+    if letters == "XYZABC":
+        np.testing.assert_allclose(found[3:], world[3:], atol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5", "scara4", "palletiser3"])
+def test_the_example_moves_of_a_package_and_a_target_out_of_reach(name: str, tmp_path: Path) -> None:
+    """Every move of `sim/moves.ngc`, then a refusal with the message of the machine, and the arm goes on."""
+    example = write_package(tmp_path / "read", name, Controller.LINUXCNC) / "sim" / "moves.ngc"
+    moves = [line for line in example.read_text().splitlines() if re.match(r"[GF]", line)]
+    moves = [line.split("(")[0].strip() for line in moves]
+    done = run_machine(tmp_path, name, [*moves, "G1 X90000 F1000", *moves])
+    home = np.array([joint.home for joint in machine(name, Controller.LINUXCNC).joints])
+    start, *after = done.steps
+
+    np.testing.assert_allclose(start["joints"], home, atol=1e-5)
+    assert {step["line"][:2] for step in after} >= {"G0", "G1", "G2"}
+    refused = after[len(moves)]
+    assert any(re.search(r"(?i)x|kinematicsInverse|limit", text) for text in refused["errors"])
+    for step in (*after[: len(moves)], *after[len(moves) + 1 :]):
+        assert step["errors"] == []
+    require_close(name, after[-1], world_of(name, joints_of(name, home)))
+    assert np.abs(np.diff(done.joints, axis=0)).max() < 1.0
+    assert len(np.unique(done.joints.round(3), axis=0)) > 500
