@@ -11,7 +11,7 @@ import linuxcnc
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
 
 
-def until(done, seconds=30.0):
+def until(done, seconds=15.0):
     """Wait for a condition of the machine."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -51,8 +51,8 @@ def ready():
 def send(line):
     """Send one line, wait until the arm stands, and say where."""
     command.mdi(line)
-    command.wait_complete(0.1)
-    time.sleep(0.05)
+    command.wait_complete(0.05)
+    time.sleep(0.03)
     until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0)
     time.sleep(0.05)
     status.poll()
