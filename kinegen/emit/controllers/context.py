@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from xml.sax.saxutils import escape
 
 from kinegen.emit.controllers.controller import Controller
 from kinegen.emit.controllers.follow import Follow, follow_of
@@ -30,6 +31,8 @@ class ControlledJoint:
     low: str
     high: str
     home: str
+    home_kernel: str
+    home_float: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,9 @@ class ControllerContext:
         joint_lines: The joint vector in words.
         coordinates: Axes of the world.
         length: The file's length unit.
+        xml: The description for XML.
         millimetres: Millimetres in it, as a literal.
+        metres: Metres in it, as a literal.
         tilt: Angles a and b of the tool in radians, as literals.
         reach: The reach in millimetres.
         home: x, y, z of the tool at home in millimetres, and a, b, c in degrees.
@@ -84,7 +89,9 @@ class ControllerContext:
     joint_lines: tuple[str, ...]
     coordinates: str
     length: str
+    xml: str
     millimetres: str
+    metres: str
     tilt: tuple[str, str]
     reach: str
     home: tuple[str, ...]
@@ -127,7 +134,9 @@ def controller_context(kernels: Kernels, controller: Controller) -> ControllerCo
         joint_lines=joint_lines(robot),
         coordinates=machine.coordinates,
         length=robot.units.length,
+        xml=escape(comment_text(robot.description) or robot.name).replace("--", "- -"),
         millimetres=real.literal(Fraction(machine.millimetres)),
+        metres=real.literal(Fraction(machine.millimetres) / 1000),
         tilt=(real.literal(Fraction(machine.tilt[0])), real.literal(Fraction(machine.tilt[1]))),
         reach=_short(machine.reach * machine.millimetres),
         home=tuple(map(_short, machine.home)),
@@ -149,6 +158,8 @@ def _joints(machine: Machine, real: Real) -> tuple[ControlledJoint, ...]:
             low=_short(-_UNLIMITED if joint.low is None else joint.low),
             high=_short(_UNLIMITED if joint.high is None else joint.high),
             home=_short(joint.home),
+            home_kernel=Real.DOUBLE.literal(Fraction(joint.home) * Fraction(joint.scale)),
+            home_float=Real.FLOAT.literal(Fraction(joint.home) * Fraction(joint.scale)),
         )
         for joint in machine.joints
     )

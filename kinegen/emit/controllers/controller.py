@@ -11,6 +11,9 @@ class Controller(StrEnum):
     """A controller, as `--package` names it."""
 
     LINUXCNC = "linuxcnc"
+    ROS2_CONTROL = "ros2_control"
+    GRBLHAL = "grblhal"
+    KLIPPER = "klipper"
 
     @property
     def title(self) -> str:
@@ -20,16 +23,31 @@ class Controller(StrEnum):
     @property
     def reals(self) -> tuple[Real, ...]:
         """The number type of its joints."""
-        return (Real.DOUBLE,)
+        return (Real.FLOAT,) if self is Controller.GRBLHAL else (Real.DOUBLE,)
 
     @property
     def folder(self) -> str:
         """Where packages for it go unless the user says otherwise."""
         return self.value
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The axes of the world that it moves."""
+        return _COORDINATES[self]
+
 
 _TITLES = {
     Controller.LINUXCNC: "LinuxCNC",
+    Controller.ROS2_CONTROL: "ros2_control",
+    Controller.GRBLHAL: "grblHAL",
+    Controller.KLIPPER: "Klipper",
+}
+
+_COORDINATES = {
+    Controller.LINUXCNC: ("XYZ", "XYZC", "XYZABC"),
+    Controller.ROS2_CONTROL: ("XYZ", "XYZC", "XYZABC"),
+    Controller.GRBLHAL: ("XYZ", "XYZC"),
+    Controller.KLIPPER: ("XYZ",),
 }
 
 NEEDED = (Quantity.POSE, POSE_AND_JACOBIAN, Quantity(Kind.INVERSE))

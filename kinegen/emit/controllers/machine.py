@@ -124,22 +124,33 @@ def _require(robot: Robot, controller: Controller) -> None:
         raise KinegenError(f"no {controller.title} package for {robot.name}: {reason}", robot.source)
 
 
+_WORDS = {
+    "XYZ": "3 joints for a position",
+    "XYZC": "4 with a tool that only turns about the vertical",
+    "XYZABC": "6 for a pose",
+}
+"""The arms that have each world."""
+
+
 def _coordinates(kernels: Kernels, controller: Controller) -> tuple[str, tuple[float, float]]:
     """The axes of the world that the arm moves, and the tilt that the tool keeps."""
     robot, branches = kernels.robot, branches_of(kernels)
     attitude = branches is not None and branches.reads_attitude
+    found, tilt = "", (0.0, 0.0)
     if robot.dof == 3 and not attitude:
-        return "XYZ", (0.0, 0.0)
-    if robot.dof == 6 and attitude:
-        return "XYZABC", (0.0, 0.0)
-    poses = np.array([reference.pose(robot, [q])[0, 0] for q in samples(robot)])
-    if robot.dof == 4 and attitude and np.ptp(poses[:, 2, :3], axis=0).max() < _LEVEL:
-        a, b, _ = angles(poses[0])
-        return "XYZC", (a, b)
+        found = "XYZ"
+    elif robot.dof == 6 and attitude:
+        found = "XYZABC"
+    elif robot.dof == 4 and attitude:
+        poses = np.array([reference.pose(robot, [q])[0, 0] for q in samples(robot)])
+        if np.ptp(poses[:, 2, :3], axis=0).max() < _LEVEL:
+            found, tilt = "XYZC", angles(poses[0])[:2]
+    if found in controller.coordinates:
+        return found, tilt
+    words = "; ".join(_WORDS[each] for each in controller.coordinates)
     raise KinegenError(
-        f"no {controller.title} package for {robot.name}: an arm of {robot.dof} joints with such a tool is not one "
-        "of those that it moves: 3 joints for a position, 4 with a tool that only turns about the vertical, 6 for a "
-        "pose",
+        f"no {controller.title} package for {robot.name}: it moves arms of {words}; this one has {robot.dof} joints "
+        f"and is solved for the {'pose' if attitude else 'position'}",
         robot.source,
     )
 

@@ -20,10 +20,48 @@ _LINUXCNC = {
     "sim/moves.ngc": "linuxcnc/moves.ngc.jinja",
 }
 
-RENDERED: Mapping[Controller, Mapping[str, str]] = MappingProxyType({Controller.LINUXCNC: _LINUXCNC})
+_ROS2_CONTROL = {
+    "README.md": "ros2_control/README.md.jinja",
+    "CMakeLists.txt": "ros2_control/CMakeLists.txt.jinja",
+    "package.xml": "ros2_control/package.xml.jinja",
+    "plugin.xml": "ros2_control/plugin.xml.jinja",
+    "include/{name}_kinematics/plugin.hpp": "ros2_control/plugin.hpp.jinja",
+    "src/plugin.cpp": "ros2_control/plugin.cpp.jinja",
+    "config/controllers.yaml": "ros2_control/controllers.yaml.jinja",
+}
+
+_GRBLHAL = {
+    "README.md": "grblhal/README.md.jinja",
+    "{name}_plugin.c": "grblhal/plugin.c.jinja",
+    "example/my_plugin.c": "grblhal/my_plugin.c.jinja",
+}
+
+_KLIPPER = {
+    "README.md": "klipper/README.md.jinja",
+    "install.sh": "klipper/install.sh.jinja",
+    "{name}.py": "klipper/kinematics.py.jinja",
+    "chelper/kin_{name}.c": "klipper/helper.c.jinja",
+    "printer.cfg": "klipper/printer.cfg.jinja",
+}
+
+RENDERED: Mapping[Controller, Mapping[str, str]] = MappingProxyType(
+    {
+        Controller.LINUXCNC: _LINUXCNC,
+        Controller.ROS2_CONTROL: _ROS2_CONTROL,
+        Controller.GRBLHAL: _GRBLHAL,
+        Controller.KLIPPER: _KLIPPER,
+    }
+)
 """Templates below `controllers/`, by the path that they are written to; `{name}` stands for the robot."""
 
-KERNELS: Mapping[Controller, str] = MappingProxyType({Controller.LINUXCNC: ""})
+KERNELS: Mapping[Controller, str] = MappingProxyType(
+    {
+        Controller.LINUXCNC: "",
+        Controller.ROS2_CONTROL: "src/",
+        Controller.GRBLHAL: "",
+        Controller.KLIPPER: "chelper/",
+    }
+)
 """Folder of the kernels, with a slash at its end."""
 
 
