@@ -9,6 +9,7 @@ import time
 import linuxcnc
 
 command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
+trace = []
 
 
 def until(done, seconds=15.0):
@@ -16,6 +17,7 @@ def until(done, seconds=15.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         status.poll()
+        trace.append(status.joint_position[: status.joints])
         if done():
             return True
         time.sleep(0.005)
@@ -50,21 +52,20 @@ def ready():
 
 def send(line):
     """Send one line, wait until the arm stands, and say where."""
+    trace.clear()
     command.mdi(line)
-    command.wait_complete(0.05)
-    time.sleep(0.03)
+    until(lambda: False, 0.08)
     until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0)
-    time.sleep(0.05)
-    status.poll()
+    until(lambda: False, 0.05)
     joints, world = status.joint_position[: status.joints], status.position[:6]
-    return {"line": line, "joints": joints, "world": world, "errors": told(), "on": status.task_state == linuxcnc.STATE_ON}
+    return {"line": line, "joints": joints, "world": world, "errors": told(), "trace": list(trace)}
 
 
 def main():
     """Run the lines; the machine is switched on again after an error."""
     time.sleep(0.5)
     ready()
-    results = [{"line": "", "joints": status.joint_position[: status.joints], "world": status.position[:6], "errors": told()}]
+    results = [{"line": "", "joints": status.joint_position[: status.joints], "world": status.position[:6], "errors": told(), "trace": []}]
     with open(os.environ["OPERATOR_LINES"]) as lines:
         for line in lines.read().splitlines():
             results.append(send(line))

@@ -84,6 +84,13 @@ def run(command: Sequence[str | Path], folder: Path) -> str:
     return done.stdout
 
 
+def run_with(program: Path, text: str) -> str:
+    """Run a program with a text on its standard input, and return what it prints."""
+    done = subprocess.run([program], input=text, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 class Follower:
     """The compiled inverse that follows a path, of one package."""
 

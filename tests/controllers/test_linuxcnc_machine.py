@@ -21,21 +21,13 @@ from tests.controllers.packages import HERE, kernels, machine, write_package
 
 pytestmark = pytest.mark.controllers
 
-SAMPLER = """
-loadrt sampler depth=4000 cfg={types}
-addf sampler.0 servo-thread
-{nets}
-loadusr stdbuf -oL halsampler {place}/samples
-"""
-
-
 @dataclass(frozen=True)
 class Run:
     """What a run left.
 
     Attributes:
         steps: For home and each line what the operator wrote.
-        joints: Commanded joints of every millisecond, shape (N, dof), degrees and millimetres.
+        joints: Joints about every 10 milliseconds, shape (N, dof), degrees and millimetres.
     """
 
     steps: list[dict[str, Any]]
@@ -45,14 +37,11 @@ class Run:
 def run_machine(place: Path, name: str, lines: Sequence[str]) -> Run:
     """Start the simulation of a package with the operator of these tests in place of a display."""
     folder = write_package(place, name, Controller.LINUXCNC)
-    ini, hal = folder / "sim" / f"{name}.ini", folder / "sim" / f"{name}.hal"
+    ini = folder / "sim" / f"{name}.ini"
     operator = place / "mdi_operator.py"
     operator.write_text((HERE / "mdi_operator.py").read_text())
     operator.chmod(0o755)
     ini.write_text(ini.read_text().replace("DISPLAY = axis", f"DISPLAY = {operator}"))
-    dof = kernels(name).robot.dof
-    nets = "\n".join(f"net joint-{k} => sampler.0.pin.{k}" for k in range(dof))
-    hal.write_text(hal.read_text() + SAMPLER.format(types="f" * dof, nets=nets, place=place))
     (place / "lines").write_text("\n".join(lines) + "\n")
     with installed(folder):
         printed = as_nobody(
@@ -62,9 +51,8 @@ def run_machine(place: Path, name: str, lines: Sequence[str]) -> Run:
             OPERATOR_TOLD=str(place / "told"),
         )
     assert (place / "told").exists(), printed
-    rows = [row.split() for row in (place / "samples").read_text().splitlines()]
-    joints = np.array([row for row in rows if len(row) == dof and "overrun" not in row], dtype=float)
-    return Run(json.loads((place / "told").read_text()), joints)
+    steps = json.loads((place / "told").read_text())
+    return Run(steps, np.array([row for step in steps for row in step["trace"]]))
 
 
 def joints_of(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
@@ -114,13 +102,13 @@ def test_the_example_moves_of_a_package_and_a_target_out_of_reach(name: str, tmp
     for step in (*after[: len(moves)], *after[len(moves) + 1 :]):
         assert step["errors"] == []
     require_close(name, after[-1], world_of(name, joints_of(name, home)))
-    assert np.abs(np.diff(done.joints, axis=0)).max() < 1.0
-    assert len(np.unique(done.joints.round(3), axis=0)) > 500
+    assert np.abs(np.diff(done.joints, axis=0)).max() < 10.0
+    assert len(np.unique(done.joints.round(3), axis=0)) > 300
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur5"])
 def test_a_line_through_the_wrist_singularity(name: str, tmp_path: Path) -> None:
-    """From one side to the other and back; q5 passes zero, and no joint moves more than a degree in a millisecond."""
+    """From one side to the other and back; q5 passes zero, and no joint leaps."""
     q = joints_of(name, [joint.home for joint in machine(name, Controller.LINUXCNC).joints])
     q[4] = 0.0
     shift = np.array([31.0, 17.0, 23.0]) * 0.5
@@ -131,7 +119,7 @@ def test_a_line_through_the_wrist_singularity(name: str, tmp_path: Path) -> None
     assert all(step["errors"] == [] for step in done.steps)
     passed = done.joints[:, 4]
     assert np.sum(np.diff(np.sign(passed[np.abs(passed) > 1e-3])) != 0) >= 2
-    assert np.abs(np.diff(done.joints, axis=0)).max() < 1.0
+    assert np.abs(np.diff(done.joints, axis=0)).max() < 10.0
     reached = world_of(name, joints_of(name, done.steps[-1]["joints"]))[:3]
     np.testing.assert_allclose(reached, world_of(name, q)[:3] + shift, atol=1e-4)
 
@@ -146,11 +134,11 @@ def test_a_move_beyond_the_limit_of_a_joint_stops_there(tmp_path: Path) -> None:
     behind = q.copy()
     behind[0] += np.radians(175.0)
     world, other = world_of(name, q), world_of(name, behind)
-    arc = f"G3 X{other[0]:.9f} Y{other[1]:.9f} I{-world[0]:.9f} J{-world[1]:.9f} C{world[5] + 175:.9f} F6000"
-    done = run_machine(tmp_path, name, [arc])
+    step = other - world
+    arc = f"G3 X{step[0]:.9f} Y{step[1]:.9f} I{-world[0]:.9f} J{-world[1]:.9f} C175 F20000"
+    done = run_machine(tmp_path, name, ["G91", arc])
 
-    assert f"{name}: a joint would leap, at its limit or beside a singularity" in done.steps[1]["errors"]
-    start = np.degrees(q)
-    after = done.joints[len(done.joints) // 4 :]
-    assert 159.5 < done.joints[:, 0].max() <= 160.0 + 1e-4
-    np.testing.assert_allclose(after[:, 1:], np.broadcast_to(start[1:], after[:, 1:].shape), atol=1e-3)
+    assert f"{name}: a joint would leap, at its limit or beside a singularity" in done.steps[2]["errors"]
+    assert 159.0 < done.joints[:, 0].max() <= 160.0 + 1e-4
+    others = done.joints[:, 1:]
+    np.testing.assert_allclose(others, np.broadcast_to(np.degrees(q)[1:], others.shape), atol=0.01)
