@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from kinegen import reference
 from kinegen.emit.controllers.controller import Controller
 from kinegen.emit.controllers.machine import angles
+from kinegen.emit.reals import Real
 from tests.controllers.halrun import as_nobody, installed
-from tests.controllers.packages import HERE, kernels, machine, write_package
+from tests.controllers.packages import HERE, Follower, kernels, machine, write_package
 
 pytestmark = pytest.mark.controllers
 
@@ -34,14 +35,20 @@ class Run:
     joints: NDArray[np.float64]
 
 
-def run_machine(place: Path, name: str, lines: Sequence[str]) -> Run:
-    """Start the simulation of a package with the operator of these tests in place of a display."""
+def run_machine(place: Path, name: str, lines: Sequence[str], home: Sequence[float] | None = None) -> Run:
+    """Start the simulation of a package with the operator of these tests as its display, from another home if given."""
     folder = write_package(place, name, Controller.LINUXCNC)
     ini = folder / "sim" / f"{name}.ini"
     operator = place / "mdi_operator.py"
     operator.write_text((HERE / "mdi_operator.py").read_text())
     operator.chmod(0o755)
     ini.write_text(ini.read_text().replace("DISPLAY = axis", f"DISPLAY = {operator}"))
+    text = ini.read_text()
+    for joint, value in zip(machine(name, Controller.LINUXCNC).joints, home or ()):
+        section, rest = text.split(f"[JOINT_{joint.index}]")
+        rest = re.sub(r"^(HOME(_OFFSET)?) = .*", rf"\1 = {value:.9f}", rest, count=2, flags=re.M)
+        text = f"{section}[JOINT_{joint.index}]{rest}"
+    ini.write_text(text)
     (place / "lines").write_text("\n".join(lines) + "\n")
     with installed(folder):
         printed = as_nobody(
@@ -65,13 +72,6 @@ def world_of(name: str, q: Sequence[float] | NDArray[np.float64]) -> NDArray[np.
     made = machine(name, Controller.LINUXCNC)
     pose = reference.pose(kernels(name).robot, [q])[0, 0]
     return np.array([*(pose[:3, 3] * made.millimetres), *np.degrees(angles(pose))])
-
-
-def goto(name: str, q: NDArray[np.float64], shift: NDArray[np.float64], code: str) -> str:
-    """A line that moves to the pose of joint values, shifted by millimetres."""
-    world = world_of(name, q)
-    world[:3] += shift
-    return f"{code} " + " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZABC", world, strict=True))
 
 
 def require_close(name: str, step: dict[str, Any], world: NDArray[np.float64]) -> None:
@@ -112,16 +112,23 @@ def test_a_line_through_the_wrist_singularity(name: str, tmp_path: Path) -> None
     q = joints_of(name, [joint.home for joint in machine(name, Controller.LINUXCNC).joints])
     q[4] = 0.0
     shift = np.array([31.0, 17.0, 23.0]) * 0.5
-    lines = [goto(name, q, shift, "G0"), "F2000", goto(name, q, -shift, "G1"), goto(name, q, shift, "G1")]
+    it = Follower(write_package(tmp_path / "host", name, Controller.LINUXCNC), name, Real.DOUBLE)
+    start = it.pose(q)
+    start[:3, 3] += shift / machine(name, Controller.LINUXCNC).millimetres
+    found, home = it.follow(start, q + 0.3)
+    assert found == 1
+    degrees = [value / joint.scale for value, joint in zip(home, machine(name, Controller.LINUXCNC).joints)]
+    there = " ".join(f"{letter}{-2 * value:.9f}" for letter, value in zip("XYZ", shift))
+    back = " ".join(f"{letter}{2 * value:.9f}" for letter, value in zip("XYZ", shift))
 
-    done = run_machine(tmp_path, name, lines)
+    done = run_machine(tmp_path, name, ["G91", "F2000", f"G1 {there}", f"G1 {back}", f"G1 {there}"], degrees)
 
     assert all(step["errors"] == [] for step in done.steps)
     passed = done.joints[:, 4]
     assert np.sum(np.diff(np.sign(passed[np.abs(passed) > 1e-3])) != 0) >= 2
     assert np.abs(np.diff(done.joints, axis=0)).max() < 10.0
     reached = world_of(name, joints_of(name, done.steps[-1]["joints"]))[:3]
-    np.testing.assert_allclose(reached, world_of(name, q)[:3] + shift, atol=1e-4)
+    np.testing.assert_allclose(reached, world_of(name, q)[:3] - shift, atol=1e-4)
 
 
 def test_a_move_beyond_the_limit_of_a_joint_stops_there(tmp_path: Path) -> None:

@@ -25,9 +25,6 @@ from kinegen.robot.model import JointType, JointVariable, Robot
 MILLIMETRES = {"m": 1000.0, "cm": 10.0, "mm": 1.0, "in": 25.4}
 """Millimetres in each length unit of robot files."""
 
-MOST_JOINTS = 9
-"""LinuxCNC's world has nine axes, and the glue never needs more joints than that."""
-
 _LEVEL = 1e-9
 """How far the tool's tilt may vary before it is one that the joints change."""
 
@@ -112,14 +109,10 @@ def machine_of(kernels: Kernels, controller: Controller) -> Machine:
 def _require(robot: Robot, controller: Controller) -> None:
     """Refuse what no controller can have."""
     reason = ""
-    if robot.dof > MOST_JOINTS:
-        reason = f"it has {robot.dof} joints, and {controller.title} moves {MOST_JOINTS} at most"
-    elif robot.runtime_parameters:
+    if robot.runtime_parameters:
         reason = f"parameter {robot.runtime_parameters[0].name!r} is a runtime parameter, which nothing there sets"
     elif robot.actuators.readings:
         reason = "it has `actuators:`, and the package moves joints; give it a file with one motor for each joint"
-    elif any(variable.type is JointType.SCREW for variable in robot.variables):
-        reason = "it has a screw joint"
     if reason:
         raise KinegenError(f"no {controller.title} package for {robot.name}: {reason}", robot.source)
 
