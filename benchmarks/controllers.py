@@ -12,13 +12,15 @@ import tempfile
 from pathlib import Path
 
 from tests.controllers.genserkins import Pair, compare
+from tests.controllers.halrun import installed, write_probe
 
 
 def main() -> int:
     """Print the table of docs/controllers.md."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        anywhere, straight = compare(place / "anywhere", straight=False), compare(place / "straight", straight=True)
+        with installed(write_probe(place)):
+            anywhere, straight = compare(place / "anywhere", straight=False), compare(place / "straight", straight=True)
     print(f"{'PUMA 560, 2,000 joint vectors':<34} {'puma560_kins':>12} {'genserkins':>12}")
     for words, pair in (
         ("clock ticks, median", anywhere.ticks),

@@ -120,5 +120,5 @@ def _controller_real(controller: Controller, real: str | None) -> str:
     """
     (has,) = (each.value for each in controller.reals)
     if real not in (None, has):
-        raise KinegenError(f"a package for {controller.title} is in {has}; leave the number type out")
+        raise KinegenError(f"a package for {controller.makers_name} is in {has}; leave the number type out")
     return has

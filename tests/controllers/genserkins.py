@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from kinegen.emit.controllers.controller import Controller
-from tests.controllers.halrun import MODULES, ask, installed, write_probe
+from tests.controllers.halrun import MODULES, ask, installed
 from tests.controllers.packages import write_package
 
 COUNT = 2000
@@ -45,6 +45,8 @@ class Compared:
 def compare(place: Path, *, straight: bool) -> Compared:
     """Poses of random joint vectors, and the joints for them from up to 15 degrees away.
 
+    The probe has to be installed.
+
     Args:
         place: A folder for the files of this run.
         straight: Whether joint 5 is at 0, where axes 4 and 6 are in line.
@@ -61,7 +63,7 @@ def compare(place: Path, *, straight: bool) -> Compared:
     for joint, entries in enumerate(_TABLE):
         names = ("A", "ALPHA", "D")
         setup += [f"setp genserkins.{name}-{joint} {entry}" for name, entry in zip(names, entries, strict=True)]
-    with installed(write_package(place, "puma560", Controller.LINUXCNC)) as module, installed(write_probe(place)):
+    with installed(write_package(place, "puma560", Controller.LINUXCNC)) as module:
         answers = ask(
             place,
             [*setup, f"loadrt {module}"],

@@ -1,10 +1,12 @@
 #!/usr/bin/python3
-"""An operator for tests, which LinuxCNC starts as its display: homes, sends the lines of a file, writes what happened."""
+"""An operator for tests, which LinuxCNC starts as its display: homes, sends the lines of a file, writes all."""
 
 import json
 import os
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import linuxcnc
 
@@ -12,7 +14,7 @@ command, status, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_ch
 trace = []
 
 
-def until(done, seconds=15.0):
+def until(done: Callable[[], bool], seconds: float = 15.0) -> bool:
     """Wait for a condition of the machine."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -24,7 +26,7 @@ def until(done, seconds=15.0):
     return False
 
 
-def told():
+def told() -> list[str]:
     """The messages that the machine shows."""
     found = []
     while True:
@@ -34,7 +36,7 @@ def told():
         found.append(message[1].strip())
 
 
-def ready():
+def ready() -> None:
     """Switch the machine on, and home it if it is not."""
     command.state(linuxcnc.STATE_ESTOP_RESET)
     command.state(linuxcnc.STATE_ON)
@@ -50,7 +52,7 @@ def ready():
     command.wait_complete()
 
 
-def send(line):
+def send(line: str) -> dict[str, object]:
     """Send one line, wait until the arm stands, and say where."""
     trace.clear()
     command.mdi(line)
@@ -61,18 +63,24 @@ def send(line):
     return {"line": line, "joints": joints, "world": world, "errors": told(), "trace": list(trace)}
 
 
-def main():
+def main() -> int:
     """Run the lines; the machine is switched on again after an error."""
     time.sleep(0.5)
     ready()
-    results = [{"line": "", "joints": status.joint_position[: status.joints], "world": status.position[:6], "errors": told(), "trace": []}]
-    with open(os.environ["OPERATOR_LINES"]) as lines:
-        for line in lines.read().splitlines():
-            results.append(send(line))
-            if results[-1]["errors"]:
-                ready()
-    with open(os.environ["OPERATOR_TOLD"], "w") as out:
-        json.dump(results, out)
+    results = [
+        {
+            "line": "",
+            "joints": status.joint_position[: status.joints],
+            "world": status.position[:6],
+            "errors": told(),
+            "trace": [],
+        }
+    ]
+    for line in Path(os.environ["OPERATOR_LINES"]).read_text().splitlines():
+        results.append(send(line))
+        if results[-1]["errors"]:
+            ready()
+    Path(os.environ["OPERATOR_TOLD"]).write_text(json.dumps(results))
     return 0
 
 

@@ -108,7 +108,7 @@ def test_angles_of_the_world_stay_next_to_those_before(probe: None, tmp_path: Pa
     np.testing.assert_allclose([float(word) for word in other[4:7]], [a + 180, 180 - b, c - 180], atol=1e-9)
 
 
-def test_beside_genserkins_it_is_quick_and_does_not_fail_at_the_wrist(tmp_path: Path) -> None:
+def test_beside_genserkins_it_is_quick_and_does_not_fail_at_the_wrist(probe: None, tmp_path: Path) -> None:
     """The same arm in the same run: a pose and the joints for it, from joints up to 15 degrees away."""
     anywhere, straight = compare(tmp_path / "anywhere", straight=False), compare(tmp_path / "straight", straight=True)
 

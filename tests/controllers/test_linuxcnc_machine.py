@@ -1,4 +1,4 @@
-"""A whole LinuxCNC run of the simulation in a package: G0, G1, G2, targets out of reach, lines through singularities."""
+"""A whole LinuxCNC run of the simulation in a package: G0, G1, G2, targets out of reach, lines through wrists."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from tests.controllers.halrun import as_nobody, installed
 from tests.controllers.packages import HERE, Follower, kernels, machine, write_package
 
 pytestmark = pytest.mark.controllers
+
 
 @dataclass(frozen=True)
 class Run:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import jinja2.meta
@@ -29,14 +31,27 @@ LINK = "  - {{name: {}, a: {}, alpha: 0, d: 0, theta: q}}\n"
 
 REFUSED = {
     "runtime": (
-        ARM + "parameters:\n  l: {value: 500, runtime: true}\njoints:\n" + WAIST + LINK.format("shoulder", "l") + LINK.format("elbow", 400),
+        ARM
+        + "parameters:\n  l: {value: 500, runtime: true}\njoints:\n"
+        + WAIST
+        + LINK.format("shoulder", "l")
+        + LINK.format("elbow", 400),
         "linuxcnc",
         "no LinuxCNC package for arm: parameter 'l' is a runtime parameter, which nothing there sets",
     ),
     "actuators": (
-        ARM + "joints:\n" + WAIST + LINK.format("shoulder", 500) + LINK.format("elbow", 400)
-        + "actuators:\n  readings:\n    m1: {dimension: angle}\n    m2: {dimension: angle}\n    m3: {dimension: angle}\n  joints:\n"
-        + "".join(f"    - {{joint: {joint}, form: gear, actuator: m{k}, ratio: 2}}\n" for k, joint in enumerate(("waist", "shoulder", "elbow"), 1)),
+        ARM
+        + "joints:\n"
+        + WAIST
+        + LINK.format("shoulder", 500)
+        + LINK.format("elbow", 400)
+        + "actuators:\n  readings:\n"
+        + "".join(f"    m{k}: {{dimension: angle}}\n" for k in (1, 2, 3))
+        + "  joints:\n"
+        + "".join(
+            f"    - {{joint: {joint}, form: gear, actuator: m{k}, ratio: 2}}\n"
+            for k, joint in enumerate(("waist", "shoulder", "elbow"), 1)
+        ),
         "klipper",
         "no Klipper package for arm: it has `actuators:`, and the package moves joints",
     ),
@@ -48,20 +63,28 @@ REFUSED = {
     "five joints": (
         None,
         "linuxcnc",
-        "no LinuxCNC package for al5d: it moves arms of 3 joints for a position; 4 with a tool that only turns about the "
         "vertical; 6 for a pose; this one has 5 joints and is solved for the pose",
     ),
     "plane": (
         None,
         "grblhal",
-        "no grblHAL package for planar_3r: it moves arms of 3 joints for a position; 4 with a tool that only turns about "
-        "the vertical; this one has 3 joints and is solved for the pose",
+        "no grblHAL package for planar_3r: it moves arms of 3 joints for a position; 4 with a tool that",
     ),
-    "no closed form": (None, "ros2_control", "iiwa14 has no closed-form inverse: no family of closed forms has the joints RRRRRRR"),
+    "no closed form": (
+        None,
+        "ros2_control",
+        "iiwa14 has no closed-form inverse: no family of closed forms has the joints RRRRRRR",
+    ),
     "tree": (None, "linuxcnc", "hand has no closed-form inverse: it has 5 tips, not one"),
 }
 
-FILES = {"six joints": "puma560", "five joints": "al5d", "plane": "planar_3r", "no closed form": "iiwa14", "tree": "hand"}
+FILES = {
+    "six joints": "puma560",
+    "five joints": "al5d",
+    "plane": "planar_3r",
+    "no closed form": "iiwa14",
+    "tree": "hand",
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -85,9 +108,13 @@ def test_more_than_nine_joints_are_refused(tmp_path: Path, capsys: pytest.Captur
     rows = "".join(LINK.format(f"j{k}", 100) for k in range(10))
     (tmp_path / "arm.yaml").write_text(ARM + "joints:\n" + rows)
 
-    assert main(["build", str(tmp_path / "arm.yaml"), "--package", "linuxcnc", "--no-compile", "-o", str(tmp_path)]) == 1
+    assert (
+        main(["build", str(tmp_path / "arm.yaml"), "--package", "linuxcnc", "--no-compile", "-o", str(tmp_path)]) == 1
+    )
 
-    assert "arm has no closed-form inverse: no family of closed forms has the joints RRRRRRRRRR" in capsys.readouterr().err
+    assert (
+        "arm has no closed-form inverse: no family of closed forms has the joints RRRRRRRRRR" in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("package", [each.value for each in Controller])
@@ -121,7 +148,9 @@ def test_a_package_says_what_a_builder_needs(controller: Controller) -> None:
     assert re.search(r"## Licence\n\nThe files here are 0BSD; ", readme)
     assert all(variable.name in readme for variable in kernels("scara").robot.variables)
     assert all(text.endswith("\n") and "{{" not in text for path, text in files.items() if path != "install.sh")
-    assert not any(re.search(r"[ \t]+$", text, re.M) for path, text in files.items() if not path.startswith("selftest/"))
+    assert not any(
+        re.search(r"[ \t]+$", text, re.M) for path, text in files.items() if not path.startswith("selftest/")
+    )
 
 
 @pytest.mark.parametrize("controller", list(Controller))
@@ -131,7 +160,9 @@ def test_templates_take_the_context_alone(controller: Controller) -> None:
 
     assert present == set(RENDERED[controller].values())
     for name in present:
-        names = jinja2.meta.find_undeclared_variables(environment().parse((TEMPLATES / name).read_text(encoding="utf-8")))
+        names = jinja2.meta.find_undeclared_variables(
+            environment().parse((TEMPLATES / name).read_text(encoding="utf-8"))
+        )
         assert names <= {"m"}
 
 
@@ -142,3 +173,31 @@ def test_no_text_of_a_package_claims_another_licence() -> None:
             assert "Copyright" not in text
             if path.endswith((".c", ".h", ".cpp", ".hpp", ".py")):
                 assert "SPDX-License-Identifier: 0BSD" in text
+
+
+def checkout(place: Path, kind: str) -> Path:
+    """The stand-ins in the form of a checkout."""
+    standins = Path(__file__).resolve().parent / "standins"
+    if kind == "grblhal":
+        return standins / "grblhal" / "grbl"
+    (place / "klippy").mkdir()
+    (place / "klippy" / "chelper").symlink_to(standins / "klipper")
+    return place
+
+
+@pytest.mark.controllers
+@pytest.mark.parametrize("kind", ["grblhal", "klipper"])
+def test_the_script_for_a_checkout_compiles_against_its_headers(kind: str, tmp_path: Path) -> None:
+    command = [sys.executable, "scripts/try_controllers.py", kind, str(checkout(tmp_path, kind))]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"the package for {kind} compiles against ")
+
+
+@pytest.mark.controllers
+def test_the_script_for_a_checkout_refuses_other_headers(tmp_path: Path) -> None:
+    command = [sys.executable, "scripts/try_controllers.py", "grblhal", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+    assert done.returncode != 0

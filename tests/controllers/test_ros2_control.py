@@ -39,7 +39,9 @@ def answers(place: Path, name: str, change: tuple[str, str] = ("", "")) -> dict[
     flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror"]
     run(["g++", *flags, *includes, plugin, STANDIN / "run.cpp", *objects, "-o", place / "run"], place)
     made = machine(name, Controller.ROS2_CONTROL)
-    q = [v if joint.turns else v * made.millimetres / 1000 for v, joint in zip(home_of(kernels(name).robot), made.joints)]
+    q = [
+        v if joint.turns else v * made.millimetres / 1000 for v, joint in zip(home_of(kernels(name).robot), made.joints)
+    ]
     rows = [line.split() for line in run_with(place / "run", " ".join(map(repr, q))).splitlines()]
     return {f"{row[0]}{k}" if row[0] == "good" else row[0]: row[1:] for k, row in enumerate(rows)}
 
@@ -74,7 +76,11 @@ def test_it_gives_what_the_reference_gives(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [("row < 3 ? kMetre : 1.0", "row < 3 ? 1.0 : kMetre"), ("link_name != tip_", "link_name == tip_"), ("* delta_theta", "* -delta_theta")],
+    [
+        ("row < 3 ? kMetre : 1.0", "row < 3 ? 1.0 : kMetre"),
+        ("link_name != tip_", "link_name == tip_"),
+        ("* delta_theta", "* -delta_theta"),
+    ],
 )
 def test_an_altered_plug_in_is_noticed(change: tuple[str, str], tmp_path: Path) -> None:
     with pytest.raises((AssertionError, ValueError)):
@@ -83,7 +89,7 @@ def test_an_altered_plug_in_is_noticed(change: tuple[str, str], tmp_path: Path) 
 
 def test_the_manifests_name_each_other() -> None:
     files = project("puma560", Controller.ROS2_CONTROL)
-    library, package = ET.fromstring(files["plugin.xml"]), ET.fromstring(files["package.xml"])
+    library, package = ET.fromstring(files["plugin.xml"]), ET.fromstring(files["package.xml"])  # noqa: S314 - our text
     (plugin,) = library.findall("class")
 
     assert package.findtext("name") == library.get("path") == "puma560_kinematics"

@@ -121,7 +121,7 @@ def controller_context(kernels: Kernels, controller: Controller) -> ControllerCo
         provenance=provenance(robot),
         description=comment_text(robot.description),
         markdown=re.sub(r"([\\`*_{}\[\]<>#|])", r"\\\1", comment_text(robot.description)),
-        title=controller.title,
+        title=controller.makers_name,
         real=real.value,
         prefix=prefix(robot.name, real),
         dof=macro(robot.name, "DOF"),

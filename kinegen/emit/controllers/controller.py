@@ -16,9 +16,9 @@ class Controller(StrEnum):
     KLIPPER = "klipper"
 
     @property
-    def title(self) -> str:
+    def makers_name(self) -> str:
         """Its name as its makers write it."""
-        return _TITLES[self]
+        return _NAMES[self]
 
     @property
     def reals(self) -> tuple[Real, ...]:
@@ -36,7 +36,7 @@ class Controller(StrEnum):
         return _COORDINATES[self]
 
 
-_TITLES = {
+_NAMES = {
     Controller.LINUXCNC: "LinuxCNC",
     Controller.ROS2_CONTROL: "ros2_control",
     Controller.GRBLHAL: "grblHAL",

@@ -129,5 +129,3 @@ def follow_of(kernels: Kernels, machine: Machine, real: Real) -> Follow:
         tiny=number("1e-30"),
         length=kernels.robot.units.length,
     )
-
-

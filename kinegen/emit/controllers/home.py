@@ -37,9 +37,10 @@ def samples(robot: Robot, count: int = 12) -> Iterator[tuple[float, ...]]:
         for (low, high), variable in zip(joint_box(robot), robot.variables, strict=True):
             state = (_MULTIPLIER * state + _INCREMENT) % _MODULUS
             part = _MARGIN + (1 - 2 * _MARGIN) * state / _MODULUS
-            low, high = (max(low, -math.pi), min(high, math.pi)) if variable.type is JointType.REVOLUTE else (low, high)
-            grid = _GRID if variable.type is JointType.REVOLUTE else (high - low) / 100 or 1.0
-            vector.append(round((low + part * (high - low)) / grid) * grid)
+            turns = variable.type is JointType.REVOLUTE
+            begin, end = (max(low, -math.pi), min(high, math.pi)) if turns else (low, high)
+            grid = _GRID if turns else (end - begin) / 100 or 1.0
+            vector.append(round((begin + part * (end - begin)) / grid) * grid)
         yield tuple(vector)
 
 

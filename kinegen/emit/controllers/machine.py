@@ -114,7 +114,7 @@ def _require(robot: Robot, controller: Controller) -> None:
     elif robot.actuators.readings:
         reason = "it has `actuators:`, and the package moves joints; give it a file with one motor for each joint"
     if reason:
-        raise KinegenError(f"no {controller.title} package for {robot.name}: {reason}", robot.source)
+        raise KinegenError(f"no {controller.makers_name} package for {robot.name}: {reason}", robot.source)
 
 
 _WORDS = {
@@ -142,8 +142,8 @@ def _coordinates(kernels: Kernels, controller: Controller) -> tuple[str, tuple[f
         return found, tilt
     words = "; ".join(_WORDS[each] for each in controller.coordinates)
     raise KinegenError(
-        f"no {controller.title} package for {robot.name}: it moves arms of {words}; this one has {robot.dof} joints "
-        f"and is solved for the {'pose' if attitude else 'position'}",
+        f"no {controller.makers_name} package for {robot.name}: it moves arms of {words}; this one has {robot.dof} "
+        f"joints and is solved for the {'pose' if attitude else 'position'}",
         robot.source,
     )
 

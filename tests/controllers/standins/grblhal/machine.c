@@ -4,7 +4,7 @@
    Output, for each line: its planned places as "place" with motors and the position that their steps stand for, then
    "end" with the alarm. */
 #include "grbl/hal.h"
-#include "grbl/kinematics.h"
+#include "grbl/kinematics/interface.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -25,25 +25,25 @@ void system_raise_alarm(alarm_code_t alarm)
 
 static void report(const float *const motors)
 {
-    int32_t steps[N_AXIS];
-    float position[N_AXIS] = {0.0F};
+    mpos_t steps;
+    coord_data_t position = {{0.0F}};
     for (int i = 0; i < N_AXIS; i++) {
-        steps[i] = (int32_t)lroundf(motors[i] * settings.axis[i].steps_per_mm);
+        steps.values[i] = (int32_t)lroundf(motors[i] * settings.axis[i].steps_per_mm);
     }
-    (void)kinematics.transform_steps_to_cartesian(position, steps);
+    (void)kinematics.transform_steps_to_cartesian(&position, &steps);
     (void)printf("place");
     for (int i = 0; i < N_AXIS; i++) {
         (void)printf(" %.9g", (double)motors[i]);
     }
     for (int i = 0; i < N_AXIS; i++) {
-        (void)printf(" %.9g", (double)position[i]);
+        (void)printf(" %.9g", (double)position.values[i]);
     }
     (void)printf("\n");
 }
 
 int main(void)
 {
-    float at[N_AXIS] = {0.0F};
+    coord_data_t at = {{0.0F}};
     plan_line_data_t data = {100.0F};
 
     my_plugin_init();
@@ -53,22 +53,22 @@ int main(void)
         }
     }
     for (int i = 0; i < N_AXIS; i++) {
-        if (scanf("%f", &at[i]) != 1) {
+        if (scanf("%f", &at.values[i]) != 1) {
             return 1;
         }
     }
     for (;;) {
-        float target[N_AXIS];
+        coord_data_t target;
         for (int i = 0; i < N_AXIS; i++) {
-            if (scanf("%f", &target[i]) != 1) {
+            if (scanf("%f", &target.values[i]) != 1) {
                 return 0;
             }
         }
         raised = Alarm_None;
         /* The pointer of the first call is what is planned from after every further one. */
-        const float *const planned = kinematics.segment_line(target, at, &data, true);
-        while (kinematics.segment_line(target, NULL, &data, false) != NULL) {
-            memcpy(at, planned, sizeof at);
+        const float *const planned = kinematics.segment_line(&target, &at, &data, true)->values;
+        while (kinematics.segment_line(&target, NULL, &data, false) != NULL) {
+            memcpy(at.values, planned, sizeof at.values);
             report(planned);
         }
         (void)printf("end %d\n", (int)raised);

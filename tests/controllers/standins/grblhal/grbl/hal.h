@@ -12,6 +12,14 @@ typedef union {
     uint8_t mask;
 } axes_signals_t;
 
+typedef union {
+    float values[N_AXIS];
+} coord_data_t;
+
+typedef union {
+    int32_t values[N_AXIS];
+} mpos_t;
+
 typedef struct {
     float feed_rate;
 } plan_line_data_t;
