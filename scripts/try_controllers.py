@@ -37,13 +37,15 @@ def try_grblhal(checkout: Path, place: Path) -> None:
 def try_klipper(checkout: Path, place: Path) -> None:
     """Compile the helper and call it."""
     folder = build(SCARA, place, package="klipper", compile=False).folder
-    sources = sorted((folder / "chelper").glob("*.c"))
-    include = [f"-I{checkout / 'klippy' / 'chelper'}", f"-I{folder / 'chelper'}"]
+    theirs = checkout / "klippy" / "chelper"
     library = place / "helper.so"
-    # move_get_coord is in another source of Klipper, and is not called here.
-    flags = ["-std=gnu11", "-O2", "-shared", "-fPIC", "-ffp-contract=off", *WARNINGS]
-    _run(["gcc", *flags, *include, *sources, "-o", library])
-    helper = ctypes.CDLL(str(library), mode=ctypes.RTLD_LOCAL)
+    flags = ["-std=gnu11", "-O2", "-fPIC", "-ffp-contract=off", f"-I{theirs}"]
+    ours = []
+    for source in sorted((folder / "chelper").glob("*.c")):
+        ours.append(place / f"{source.stem}.o")
+        _run(["gcc", *flags, *WARNINGS, "-c", source, "-o", ours[-1]])
+    _run(["gcc", *flags, "-w", "-shared", *ours, *sorted(theirs.glob("*.c")), "-lm", "-o", library])
+    helper = ctypes.CDLL(str(library))
     steppers, position, q = (
         (ctypes.c_double * 3)(*values) for values in ((0.4, 0.9, 30.0), (0.0,) * 3, (0.3, 1.0, 0.0))
     )
