@@ -17,6 +17,7 @@ from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import Passing, complain, say, strong
 from kinegen.cli.wheels import DIST, WHEEL, build_wheels
+from kinegen.emit.controllers.controller import Controller
 from kinegen.emit.languages import LANGUAGES
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, shown
@@ -90,11 +91,13 @@ def _taken(read: Callable[[str], Result], text: str) -> Result:
 )
 @click.option(
     "--package",
-    type=click.Choice([*(each.value for each in Ecosystem), WHEEL]),
+    type=click.Choice([*(each.value for each in (*Ecosystem, *Controller)), WHEEL]),
     help="Write C files for a project of this kind instead of a Python package. Unless -o says otherwise, they go to "
-    + ", ".join(f"{each.folder} ({each.value})" for each in Ecosystem)
-    + ". Unless --real says otherwise, they are float only, and for cmake float and double. wheel writes what pip "
-    "installs to dist: one wheel for this system and one with NumPy alone.",
+    + ", ".join(f"{each.folder} ({each.value})" for each in (*Ecosystem, *Controller))
+    + ". Unless --real says otherwise, they are float only, and for cmake float and double. Packages for "
+    + ", ".join(Controller)
+    + " drive an arm with a closed-form inverse in that controller; --real and --outputs are given by it. wheel writes "
+    "what pip installs to dist: one wheel for this system and one with NumPy alone.",
 )
 @click.option("--bundle", metavar="NAME", help="Put all robots into one wheel of this name (with --package wheel).")
 @click.option(
