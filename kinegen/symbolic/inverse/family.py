@@ -214,6 +214,8 @@ class Family:
         branches: Names of the solutions, in order.
         meanings: What the words in these names mean; sentences.
         conditions: What a target must be besides within reach, and what is chosen where there is a choice; sentences.
+        redundancy: What is given besides the target: a joint, which is not in `axes`, or the arm angle; else empty.
+        held: That joint, as in the whole chain from base to tool.
     """
 
     name: str
@@ -223,6 +225,8 @@ class Family:
     branches: tuple[str, ...]
     meanings: tuple[str, ...]
     conditions: tuple[str, ...]
+    redundancy: str = ""
+    held: JointAxis | None = None
 
     @property
     def is_reversed(self) -> bool:
@@ -231,5 +235,6 @@ class Family:
 
     @property
     def joints(self) -> tuple[JointAxis, ...]:
-        """The joints in the order of the joint vector."""
-        return tuple(sorted(self.axes.joints, key=lambda joint: joint.number))
+        """The joints in the order of the joint vector, the one that is given among them."""
+        joints = (*self.axes.joints, self.held) if self.held else self.axes.joints
+        return tuple(sorted(joints, key=lambda joint: joint.number))

@@ -16,46 +16,12 @@ from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle
 from kinegen.symbolic.inverse.solve_arm import last_frame, ways
 from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.target import Target
 from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TARGET
 from kinegen.symbolic.inverse.waists import Turned, arm_size, minus_named, seen_from_waist, turn_waist
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
 _LARGEST = sp.Integer(10) ** 15
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The pose that the tool is to have, as symbols.
-
-    Attributes:
-        rotation: By rows.
-        position: Of the tool, in the base frame.
-    """
-
-    rotation: Rotation
-    position: Vector
-
-    def inverse(self, steps: Steps) -> Target:
-        """The pose of the base in the frame of the tool."""
-        back = transposed(self.rotation)
-        x, y, z = (steps.name(-entry) for entry in steps.turned(back, self.position))
-        return Target(back, (x, y, z))
-
-    def point(self, steps: Steps, axes: Axes, point: Vector) -> Vector:
-        """Where a point fixed to the tool has to be, from where it is at q = 0."""
-        offset = turned(transposed(axes.rotation), minus(point, axes.position))
-        x, y, z = (
-            steps.name(place + sp.Add(*(a * b for a, b in zip(row, offset, strict=True))))
-            for place, row in zip(self.position, self.rotation, strict=True)
-        )
-        return x, y, z
-
-    def columns(self, steps: Steps, axes: Axes, frame: Rotation) -> Columns:
-        """Where the columns of a frame fixed to the tool have to point, from where they point at q = 0."""
-        first, second, third = (
-            steps.turned(self.rotation, turned(transposed(axes.rotation), column)) for column in frame
-        )
-        return first, second, third
 
 
 def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
