@@ -51,7 +51,7 @@ class Array:
         return math.prod(self.shape[1:] if self.in_blocks else self.shape)
 
 
-REDUNDANCY = Array("redundancy", (1,))
+REDUNDANCY = Array("redundancy", ())
 """What the inverse of seven joints is given besides the pose: the value of a joint, or the arm angle."""
 
 

@@ -98,7 +98,7 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
         By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
     """
     zero = np.zeros((1, robot.dof))
-    now, rest = (Lines(robot, each, is_reversed=family.is_reversed) for each in (q, zero))
+    now, rest = (Lines(robot, each, is_reversed=family.is_reversed, held=family.held) for each in (q, zero))
     return dict(_signs(now, rest, family))
 
 
@@ -110,9 +110,17 @@ class Lines:
         points: A point of each axis, shape (N, dof, 3).
         tool: Where the tool is, shape (N, 3).
         extent: The reach of the arm.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (N, dof).
+        is_reversed: Whether the chain goes from the tool to the base.
+        held: A joint that is not in the chain.
     """
 
-    def __init__(self, robot: Robot, q: FloatArray, *, is_reversed: bool = False) -> None:
+    def __init__(
+        self, robot: Robot, q: FloatArray, *, is_reversed: bool = False, held: JointAxis | None = None
+    ) -> None:
         jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
         place = reference.pose(robot, q)[:, 0, :3, 3]
         linear, angular = jacobian[:, :3].swapaxes(1, 2), jacobian[:, 3:].swapaxes(1, 2)
@@ -122,10 +130,15 @@ class Lines:
         self.directions = self.directions / np.linalg.norm(self.directions, axis=2, keepdims=True)
         lever = np.cross(angular, linear) / np.where(turns, rates, 1) ** 2
         self.points = place[:, None] + np.where(turns, lever, 0)
-        self.tool, self.extent, self._is_reversed = place, reach(robot), is_reversed
+        self.tool, self.extent = place, reach(robot)
         if is_reversed:
             # From the tool, a joint turns everything before it the other way.
             self.directions, self.points = -self.directions[:, ::-1], self.points[:, ::-1]
+        numbers = [number for number in range(1, robot.dof + 1) if held is None or number != held.number]
+        self._numbers = numbers[::-1] if is_reversed else numbers
+        if held is not None:
+            own = [(robot.dof - number if is_reversed else number - 1) for number in self._numbers]
+            self.directions, self.points = self.directions[:, own], self.points[:, own]
 
     def direction(self, number: int) -> FloatArray:
         """Of an axis, by its place along the chain from 1."""
@@ -134,7 +147,7 @@ class Lines:
 
     def place(self, joint: JointAxis) -> int:
         """The place of a joint along the chain, from 1."""
-        return self.directions.shape[1] + 1 - joint.number if self._is_reversed else joint.number
+        return self._numbers.index(joint.number) + 1
 
     def pointing(self, joint: JointAxis) -> FloatArray:
         """The same, the way that the axis points, whichever way its joint turns."""

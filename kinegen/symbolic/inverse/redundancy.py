@@ -25,7 +25,7 @@ def without_joint(axes: Axes, held: JointAxis) -> Axes:
 
 def with_held(family: Family, held: JointAxis) -> Family:
     """The family of the whole arm, from that of the joints that are solved for."""
-    condition = f"{held.name} has the value that is given, which must be within its limits"
+    condition = f"redundancy is the value of {held.name}, which must be within its limits"
     conditions = (*family.conditions, condition)
     name = f"{family.name}, {held.name} given"
     return replace(family, name=name, conditions=conditions, redundancy=held.name, held=held)
