@@ -23,7 +23,7 @@ from kinegen.robot.model import Robot
 from kinegen.symbolic.inverse.family import Family
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.samples import SEED
-from kinegen.verify.ways import DTYPES, Way, ways_to_call
+from kinegen.verify.ways import DTYPES, Arrays, Way, ways_to_call
 
 FloatArray = NDArray[np.float64]
 Truths = NDArray[np.bool_]
