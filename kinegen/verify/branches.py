@@ -24,6 +24,7 @@ from kinegen.symbolic.inverse.family import (
     FlatArm,
     GimbalArm,
     PointArm,
+    SphericalArm,
     StrokeArm,
     TripleArm,
     WristArm,
@@ -54,6 +55,9 @@ _WORDS = {
     "shoulder flip": ("wrist", -1),
 }
 
+_SPHERICAL_WORDS = _WORDS | {"shoulder no-flip": ("shoulder", 1), "shoulder flip": ("shoulder", -1)}
+"""The same for an arm with a wrist at either end."""
+
 
 def require_names(
     robot: Robot, names: Sequence[str], family: Family, target: str, joints: FloatArray, solved: Truths
@@ -76,10 +80,11 @@ def require_names(
     places = np.nonzero(solved)
     rows = joints[places]
     found = signs(robot, family, rows) if len(rows) else {}
+    words = _SPHERICAL_WORDS if isinstance(family.build, SphericalArm) else _WORDS
     for index, name in enumerate(names):
         own = places[1] == index
         for word in name.split(", "):
-            choice, wanted = _WORDS.get(word, ("", 0))
+            choice, wanted = words.get(word, ("", 0))
             wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
@@ -180,6 +185,10 @@ def _signs(now: Lines, zero: Lines, family: Family) -> Iterator[tuple[str, Float
         case WristArm(arm, wrist):
             yield from _arm_signs(now, zero, arm, now.meeting(4, 5), zero.meeting(4, 5))
             yield "wrist", _turned(now, wrist)
+        case SphericalArm(shoulder, elbow, wrist):
+            yield "elbow", _left_of_line(now, now.pointing(elbow))
+            yield "shoulder", _turned(now, shoulder)
+            yield "wrist", _turned(now, wrist)
         case FlatArm(turns):
             first, second = turns[0].number, turns[1].number
             carried = now.tool if len(turns) == 2 else now.points[:, turns[2].number - 1]
@@ -242,6 +251,12 @@ def _left(lines: Lines, carried: FloatArray, viewer: FloatArray) -> FloatArray:
     centre = lines.meeting(1, 2)
     to_point, to_elbow = carried - centre, -lines.from_axis(3, centre)
     return _leftness(to_point - _dot(to_point, viewer)[:, None] * viewer, to_elbow, viewer)
+
+
+def _left_of_line(lines: Lines, viewer: FloatArray) -> FloatArray:
+    """How far axis 4 is to the left of the line from where axes 1 and 2 meet to where axes 5 and 6 meet."""
+    shoulder = lines.meeting(1, 2)
+    return _leftness(lines.meeting(5, 6) - shoulder, -lines.from_axis(4, shoulder), viewer)
 
 
 def _leftness(to_point: FloatArray, to_elbow: FloatArray, viewer: FloatArray) -> FloatArray:

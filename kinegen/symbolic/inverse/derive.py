@@ -55,7 +55,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     value = extra[0] if extra else ZERO
     target = moved_back(steps, family, Target((rotation[0], rotation[1], rotation[2]), position), value)
     held = given(steps, family, value)
-    found = [joint_values(steps, solution, held) for solution in solve(steps, family, target)]
+    found = [joint_values(steps, solution, held) for solution in solve(steps, family, target, value)]
     branches = len(family.branches)
     solutions = Array("solutions", (branches, robot.dof), per_branch=True)
     inputs = (POSE, *[REDUNDANCY] * bool(extra))

@@ -199,7 +199,28 @@ class TripleArm:
     wrist: Wrist | None
 
 
-Build = PointArm | WristArm | FlatArm | TripleArm
+@dataclass(frozen=True, slots=True)
+class SphericalArm:
+    """A spherical shoulder, an elbow and a spherical wrist: seven joints, solved with the arm angle.
+
+    Attributes:
+        shoulder: The first three joints.
+        elbow: The fourth; the centres of shoulder and wrist are in one plane square to its axis.
+        wrist: The last three joints.
+        frame: Columns of a frame whose z axis is axis 4.
+        upper: From the shoulder's centre to axis 4, across it, in the axes of the frame.
+        lower: From axis 4 to the wrist's centre, likewise.
+    """
+
+    shoulder: Wrist
+    elbow: JointAxis
+    wrist: Wrist
+    frame: Rotation
+    upper: Planar
+    lower: Planar
+
+
+Build = PointArm | WristArm | FlatArm | TripleArm | SphericalArm
 
 
 @dataclass(frozen=True, slots=True)

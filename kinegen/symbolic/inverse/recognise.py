@@ -10,11 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinegen.robot.model import Robot
+from kinegen.robot.redundancy import ARM_ANGLE
 from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
 from kinegen.symbolic.inverse.axes import Axes, joint_axes
 from kinegen.symbolic.inverse.conditions import Refusal
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.redundancy import with_held, without_joint
+from kinegen.symbolic.inverse.spherical import spherical_arm
 
 Recogniser = Callable[[Axes], Family]
 
@@ -49,6 +51,11 @@ def recognise(robot: Robot) -> Family | Unknown:
 
 def _redundant(axes: Axes, redundancy: str) -> Family | Unknown:
     """The family of seven joints of which one, or the arm angle, is given."""
+    if redundancy == ARM_ANGLE and all(joint.turns and joint.name != ARM_ANGLE for joint in axes.joints):
+        try:
+            return spherical_arm(axes)
+        except Refusal as refusal:
+            return Unknown(tuple(f"not an arm with an arm angle: {reason}" for reason in refusal.reasons))
     held = next((joint for joint in axes.joints if joint.name == redundancy), None)
     if held is None:
         return Unknown((f"no family of closed forms has the redundancy {redundancy}",))

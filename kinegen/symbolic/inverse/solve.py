@@ -11,10 +11,11 @@ from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes
 from kinegen.symbolic.inverse.cranks import Bend, bend_to
 from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
-from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, SphericalArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle
 from kinegen.symbolic.inverse.solve_arm import last_frame, ways
+from kinegen.symbolic.inverse.solve_spherical import spherical_solutions
 from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps, fixed
 from kinegen.symbolic.inverse.target import Target
 from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TARGET
@@ -24,13 +25,14 @@ from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction
 _LARGEST = sp.Integer(10) ** 15
 
 
-def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
+def solve(steps: Steps, family: Family, target: Target, given: sp.Expr = ZERO) -> Iterator[Solution]:
     """Solve for all branches, in the order of `family.branches`.
 
     Args:
         steps: The tape.
         family: The arm.
         target: The pose of the tool.
+        given: The arm angle, if there is one.
 
     Yields:
         The solutions, before the limits of the joints are seen to.
@@ -46,6 +48,8 @@ def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
             yield from _flat_solutions(steps, axes, family.build, target, sane)
         case TripleArm(roll=None):
             yield from _triple_solutions(steps, axes, family.build, target, sane)
+        case SphericalArm():
+            yield from spherical_solutions(steps, axes, family.build, target, given, sane)
         case TripleArm():
             yield from _roll_solutions(steps, axes, family.build, target, sane)
 
