@@ -46,4 +46,6 @@ def check_redundancy(robot: Robot, name: str) -> None:
         raise RobotFileError(f"redundancy: the robot has {count}; only one of {JOINTS} can be given")
     known = [variable.name for variable in robot.variables]
     if name not in (*known, ARM_ANGLE):
-        raise RobotFileError(f"redundancy: there is no joint {quote(name)} (expected {', '.join(known)} or {ARM_ANGLE})")
+        raise RobotFileError(
+            f"redundancy: there is no joint {quote(name)} (expected {', '.join(known)} or {ARM_ANGLE})"
+        )

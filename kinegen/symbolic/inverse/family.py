@@ -220,7 +220,10 @@ class SphericalArm:
     lower: Planar
 
 
-Build = PointArm | WristArm | FlatArm | TripleArm | SphericalArm
+PlainBuild = PointArm | WristArm | FlatArm | TripleArm
+"""The arms of at most six joints, whose words are in `names`."""
+
+Build = PlainBuild | SphericalArm
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,9 +55,7 @@ def rest_angle(joint: JointAxis) -> sp.Expr:
     return joint.rate * rest_value(joint)
 
 
-def joint_values(
-    steps: Steps, solution: Solution, given: Given | None = None
-) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
+def joint_values(steps: Steps, solution: Solution, given: Given | None = None) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
     """The joint vector of a branch, and whether it holds.
 
     Args:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes
 from kinegen.symbolic.inverse.cranks import Bend, bend_to
-from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
+from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed
 from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, SphericalArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle

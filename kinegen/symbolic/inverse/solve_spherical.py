@@ -131,9 +131,7 @@ def _upper_arm(steps: Steps, build: SphericalArm, line: _Line, bend: Bend, side:
     return columns[0], columns[1], columns[2]
 
 
-def _left_to_wrist(
-    steps: Steps, build: SphericalArm, bend: Bend, side: int, seen: list[Vector]
-) -> Columns:
+def _left_to_wrist(steps: Steps, build: SphericalArm, bend: Bend, side: int, seen: list[Vector]) -> Columns:
     """The rotation that is left to the wrist, in its frame."""
     between = chained(build.wrist.frame, transposed(build.frame))
     columns = []

@@ -17,20 +17,24 @@ _CHOICES = (
     ("shoulder no-flip", "shoulder flip"),
     ("wrist no-flip", "wrist flip"),
 )
+_ELBOW = "elbow left: with axis 4 towards the viewer, it is to the left of the line from the shoulder to the wrist"
 _MEANINGS = (
-    "elbow left: with axis 4 towards the viewer, it is to the left of the line from the shoulder's centre to the "
-    "wrist's",
+    _ELBOW,
     "shoulder no-flip: from where it is in line with axis 1, axis 3 is turned by 0 to 180 deg about axis 2",
     "wrist no-flip: from where it is in line with axis 5, axis 7 is turned by 0 to 180 deg about axis 6",
 )
-_ALIGNED = "where axes {0} and {1} are in line, joint {0} is set to 0 (or its limit nearest to 0) and joint {1} takes the sum"
+_ALIGNED = (
+    "where axes {0} and {1} are in line, joint {0} is set to 0 (or its limit nearest to 0) and joint {1} takes the sum"
+)
 _NARROW = "; where its limits exclude that, it is at the nearest one, and joint {0} takes what is left"
-_CONDITIONS = (
+_ARM_ANGLE = (
     "redundancy is the arm angle in rad: how far the elbow is turned about the line from the shoulder's centre to the "
     "wrist's, by the right-hand rule, from the half plane of that line which contains the direction of axis 1 (about "
-    "which joint 1 turns); at 0 the elbow is above the line if axis 1 points up (Kreutz-Delgado, Long and Seraji 1992)",
-    "where that line is on axis 1, the half plane is that of a line which a positive joint 2 leans a little, with joint 1 "
-    "at 0 (or its limit nearest to 0)",
+    "which joint 1 turns); at 0 the elbow is above the line if axis 1 points up (Kreutz-Delgado, Long and Seraji 1992)"
+)
+_UPRIGHT = (
+    "where that line is on axis 1, the half plane is that of a line which joint 2 leans a little by a positive turn, "
+    "with joint 1 at 0 (or its limit nearest to 0)"
 )
 
 
@@ -47,7 +51,7 @@ def spherical_arm(axes: Axes) -> Family:
         raise Refusal(f"the centres of shoulder and wrist are not in one plane square to axis {elbow.number}")
     build = SphericalArm(shoulder, elbow, wrist, frame, upper[:2], lower[:2])
     names = tuple(", ".join(each) for each in product(*_CHOICES))
-    conditions = (*_CONDITIONS, *_aligned(shoulder), *_aligned(wrist))
+    conditions = (_ARM_ANGLE, _UPRIGHT, *_aligned(shoulder), *_aligned(wrist))
     return Family(_NAME, build, axes, Aim.POSE, names, _MEANINGS, conditions, ARM_ANGLE)
 
 
