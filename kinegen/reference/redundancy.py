@@ -1,6 +1,6 @@
 """What the inverse of seven joints is given besides the pose, from the joint vector of that pose.
 
-In: a robot with a redundancy, and joint vectors. Out: the value of the joint, or the arm angle, read off the axes of the
+In: a robot with a redundancy, joint vectors. Out: the value of the joint, or the arm angle, read off the axes of the
 joints as they are there (Kreutz-Delgado, Long and Seraji, Kinematic analysis of 7-DOF manipulators, International
 Journal of Robotics Research 11(5), 1992): the angle about the line from the shoulder to the wrist, by the right-hand
 rule, from the half plane that contains the direction of axis 1 to the half plane that contains the elbow.
