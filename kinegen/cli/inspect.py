@@ -10,6 +10,7 @@ from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import complain, filled, say, strong
 from kinegen.errors import KinegenError, shown
 from kinegen.lines import columns
+from kinegen.robot.redundancy import JOINTS
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -59,6 +60,8 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
         return lines
+    if robot.dof == JOINTS and not robot.redundancy:
+        lines.append(f"{_INDENT}Seven joints: --redundancy NAME gives one joint, or arm_angle, besides the pose")
     return [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
 
 

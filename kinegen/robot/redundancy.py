@@ -43,7 +43,7 @@ def check_redundancy(robot: Robot, name: str) -> None:
         raise RobotFileError(f"redundancy: the robot has {len(robot.tips)} tips, not one")
     if robot.dof != JOINTS:
         count = f"{robot.dof} joint variable{'s' * (robot.dof != 1)}"
-        raise RobotFileError(f"redundancy: the robot has {count}; only one of {JOINTS} can be given")
+        raise RobotFileError(f"redundancy: the robot has {count}, expected {JOINTS}")
     known = [variable.name for variable in robot.variables]
     if name not in (*known, ARM_ANGLE):
         raise RobotFileError(

@@ -25,6 +25,9 @@ from tests.inverse.arms import REDUNDANT, Arm, arm_of, distances, errors, evalua
 ROBOTS = Path(__file__).parents[2] / "robots"
 PANDA, IIWA = (load(ROBOTS / f"{name}.yaml") for name in ("panda_joint_7", "iiwa14_arm_angle"))
 
+FREE = replace(IIWA, variables=tuple(replace(each, limits=None) for each in IIWA.variables))
+"""Without limits, which would refuse a joint value that is no number."""
+
 REASONS = {
     ("panda", "joint_4"): "redundancy: joint_4 is in the middle of the chain, only joint_1 or joint_7 can be given",
     ("panda", "arm_angle"): (
@@ -82,7 +85,7 @@ def test_any_value_leads_back(robot: Robot) -> None:
     assert 0.2 < solved.any(axis=1).mean() < 1
 
 
-@pytest.mark.parametrize("robot", [PANDA, IIWA], ids=lambda robot: robot.name)
+@pytest.mark.parametrize("robot", [PANDA, IIWA, FREE], ids=["panda", "iiwa", "without limits"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_what_is_no_number_is_not_solved(robot: Robot, value: float) -> None:
     poses = reference.pose(robot, joint_vectors(robot, 100, 3))[:, 0]
@@ -100,7 +103,7 @@ def test_a_joint_outside_its_limits_is_not_solved() -> None:
 @pytest.mark.parametrize("points", [(0.0, 0.0), (0.5, -1.0), (0.0, 2.0)])
 def test_where_shoulder_and_wrist_are_on_axis_1(distance: float, points: tuple[float, float]) -> None:
     """Every arm angle has a solution there, and the elbow is where it says as far as that can be told."""
-    arm = arm_of(replace(IIWA, variables=tuple(replace(each, limits=None) for each in IIWA.variables)))
+    arm = arm_of(FREE)
     bend, angle = points
     # The wrist above the shoulder: joint 2 turns the line upright that joint 4 has bent.
     turned = np.arctan2(0.4 * np.sin(bend), 0.42 + 0.4 * np.cos(bend))
@@ -112,7 +115,7 @@ def test_where_shoulder_and_wrist_are_on_axis_1(distance: float, points: tuple[f
 
 
 def test_the_arm_angle_turns_the_elbow_by_the_right_hand_rule() -> None:
-    """An elbow above the line is at 0; it goes to the left of a line that points forward, seen from above, by 90 deg."""
+    """An elbow above the line is at 0; at 90 deg it is on the right of a line that points forward."""
     q = np.zeros((1, 7))
     q[0, [1, 3]] = np.radians([20, 90])
     forward, elbow = _line_and_elbow(q)
