@@ -143,10 +143,11 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         solutions, valid = self.results
         results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, np.bool_)
         if others:
-            given = others[0]
-            if not isinstance(given, (float, np.ndarray)):
+            if not isinstance(others[0], (float, np.ndarray)):
                 return None
-            number = np.asarray(given, target.dtype)
+            number = np.asarray(others[0])
+            if number.dtype != target.dtype:
+                return None  # the type of the results is not that of the target
             return results if direct(id(target), id(number), id(results[0]), id(results[1]), 0) else None
         return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
