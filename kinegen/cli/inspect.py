@@ -61,7 +61,7 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     if not robot.is_arm:
         return lines
     if robot.dof == JOINTS and not robot.redundancy:
-        lines.append(f"{_INDENT}Seven joints: --redundancy NAME gives one joint, or arm_angle, besides the pose")
+        lines.append(f"{_INDENT}Seven joints: --redundancy NAME gives one joint, or arm_angle, in addition to the pose")
     return [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
 
 

@@ -82,7 +82,7 @@ def _options() -> list[click.Parameter]:
             ["--redundancy"],
             metavar="JOINT",
             default="",
-            help="Joint whose value the inverse of seven joints is given besides the pose, or arm_angle.",
+            help="Joint whose value the inverse of seven joints is given in addition to the pose, or arm_angle.",
         ),
     ]
 

@@ -55,7 +55,7 @@ class NearestFormula:
 
         Args:
             base_T_tool: The upper three rows of the targets (12, N).
-            others: What is given besides, if there is such a thing (1, N); the joint vectors (dof, N); values of the
+            others: The redundancy, if there is one (1, N); the joint vectors (dof, N); values of the
                 runtime parameters, if there are any.
 
         Returns:
