@@ -54,6 +54,9 @@ FAMILIES = (
 )
 """A robot of each family."""
 
+REDUNDANT = {"panda_joint_7": (600, 250), "iiwa14_arm_angle": (600, 250)}
+"""Seven joints with one of them, or the arm angle, given: nanoseconds asked of one target, and of each in a batch."""
+
 POSES, SINGULAR, BLOCK = 1_000_000, 100_000, 100_000
 SEARCHES, CALLS = 100_000, 20_000
 EFFORT = Effort(turns=5, patience=5.0)
@@ -76,7 +79,7 @@ Row = tuple[str, str, str]
 def main() -> int:
     """Print the table and write the file; a figure that is not met fails nothing, since machines differ."""
     rows: list[Row] = []
-    for row in chain(scalar(), batches(), nearest(), successes(), searches(), against()):
+    for row in chain(scalar(), batches(), nearest(), successes(), redundant(), searches(), against()):
         rows.append(row)
         print(f"{row[0]:<84}{row[1]:>36}   asked {row[2]}", flush=True)
     RESULTS.parent.mkdir(exist_ok=True)
@@ -141,6 +144,33 @@ def successes() -> Iterator[Row]:
             lost = _unsolved(name, package, points)
             what = f"{name}: targets within 1e-9 rad of a singularity that are not solved"
             yield what, f"{lost} of {len(points):,}", "none"
+
+
+def redundant() -> Iterator[Row]:
+    """All branches for seven joints: one target in C, a batch, and whether any joint vector is missed."""
+    for name, (one, each) in REDUNDANT.items():
+        robot, package = load(ROBOTS / f"{name}.yaml"), _package(name, INVERSE)
+        q = _random(name, BLOCK)
+        targets, given = package.fk(q), reference.redundancy(robot, q)
+        files = emit_kernel(lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE)), Real.DOUBLE)
+        files |= {"main.c": _REDUNDANT_MAIN.replace("NAME", name), "targets.h": _targets_text(targets, given)}
+        found = f"{_nanoseconds(files, Flags().arguments()):.0f} ns"
+        yield f"{name}: eight branches, C, one target", found, f"under {one} ns"
+        results = package.inverse(targets, given)
+        out = results[0], np.empty(results[1].shape)
+        plain = partial(package.inverse, targets, given, out=out, check=False)
+        yield f"{name}: eight branches, batch", f"{_seconds(plain) / BLOCK * 1e9:.0f} ns", f"under {each} ns"
+        missed = _far(name, *results, q)
+        excused = results[1][missed].any(axis=1) & _are_singular(name, q[missed])
+        what = f"{name}: random joint vectors missed by the closed form"
+        yield what, f"{int((~excused).sum())} of {BLOCK:,} ({int(excused.sum())} moved by rounding)", "none"
+
+
+def _targets_text(targets: Array, given: Array) -> str:
+    """A thousand targets, each with what is given besides, as C."""
+    rows = np.concatenate([targets[:1000].reshape(1000, 16), given[:1000, None]], axis=1)
+    lines = (f"    {{{', '.join(map(repr, map(float, row)))}}}," for row in rows)
+    return "static const double targets[1000][17] = {\n" + "\n".join(lines) + "\n};\n"
 
 
 def searches() -> Iterator[Row]:
@@ -235,13 +265,19 @@ def _missed(name: str, package: ModuleType, q: Array) -> tuple[int, int]:
     Beside singular poses, which hardly tell joints apart, any solution will do; how often, comes second.
     """
     solutions, valid = package.inverse(package.fk(q))
+    missed = _far(name, solutions, valid, q)
+    excused = valid[missed].any(axis=1) & _are_singular(name, q[missed])
+    return int((~excused).sum()), int(excused.sum())
+
+
+def _far(name: str, solutions: Array, valid: Array, q: Array) -> Array:
+    """Rows of joint vectors that are not among the solutions, but for whole turns."""
     apart = np.abs(solutions - q[:, None])
     angles = np.array([each.type is not JointType.PRISMATIC for each in load(ROBOTS / f"{name}.yaml").variables])
     turned = np.abs((apart + np.pi) % (2 * np.pi) - np.pi)
     apart = np.where(angles, turned, apart).max(axis=2)
-    missed = np.flatnonzero(np.where(valid, apart, np.inf).min(axis=1) > NEAR)
-    excused = valid[missed].any(axis=1) & _are_singular(name, q[missed])
-    return int((~excused).sum()), int(excused.sum())
+    missed: Array = np.flatnonzero(np.where(valid, apart, np.inf).min(axis=1) > NEAR)
+    return missed
 
 
 def _are_singular(name: str, q: Array) -> Array:
@@ -331,6 +367,31 @@ int main(int argc, char **argv)
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
     for (int i = 0; i < calls; i++) {
         NAME_inverse(targets[i], solutions, valid);
+    }
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+    printf("%.1f\n", ((double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec)) / calls);
+    return 0;
+}
+"""
+
+_REDUNDANT_MAIN = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "NAME.h"
+#include "targets.h"
+
+static double solutions[8][7];
+static uint8_t valid[8];
+
+int main(int argc, char **argv)
+{
+    const int calls = atoi(argv[argc - 1]);
+    struct timespec begin, end;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
+    for (int i = 0; i < calls; i++) {
+        NAME_inverse(targets[i], targets[i] + 16, solutions, valid);
     }
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
     printf("%.1f\n", ((double)(end.tv_sec - begin.tv_sec) * 1e9 + (double)(end.tv_nsec - begin.tv_nsec)) / calls);

@@ -51,6 +51,10 @@ class Array:
         return math.prod(self.shape[1:] if self.in_blocks else self.shape)
 
 
+REDUNDANCY = Array("redundancy", ())
+"""What the inverse of seven joints is given besides the pose: the value of a joint, or the arm angle."""
+
+
 class Kind(StrEnum):
     """What is computed."""
 
@@ -206,6 +210,7 @@ class Branches:
         rooms: How far outside its limits each joint of a valid solution may be.
         rigid: How far the columns of a target may be from those of a rotation.
         reads_attitude: Whether the rotation of a target is read.
+        redundancy: What is given besides the target: a joint, or the arm angle; empty where nothing is.
     """
 
     family: str
@@ -216,6 +221,7 @@ class Branches:
     rooms: tuple[Allowance, ...]
     rigid: Allowance
     reads_attitude: bool
+    redundancy: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from typing import get_type_hints
 
 from kinegen.emit.languages import LANGUAGES
 from kinegen.errors import KinegenError
-from kinegen.formats.format import YAML_SUFFIXES
+from kinegen.formats.format import READING, YAML_SUFFIXES
 from kinegen.formats.load import load
 from kinegen.manifest import digests_of
 from kinegen.native.cache import Cache
@@ -111,4 +111,5 @@ def key_of(path: Path, options: BuildOptions) -> str:
     tools = [(tool, shutil.which(tool)) for tool in named]
     # The path of the output is resolved without a complaint about a loop of links, which the build makes.
     output = os.path.realpath(options.output)
-    return Cache().key("build", machine, compiler, tools, text, robot, str(path), options, output)
+    given = READING.get().redundancy
+    return Cache().key("build", machine, compiler, tools, text, robot, given, str(path), options, output)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen import reference
+from kinegen.errors import KinegenError
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 
@@ -29,7 +30,12 @@ def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
     Returns:
         `COUNT` rows of a 4x4 matrix and a joint vector for each kind. Joint vectors are near a solution, or, of the
         targets called far, anywhere in the joint box.
+
+    Raises:
+        KinegenError: If the robot has a redundancy, which these rows have no place for.
     """
+    if robot.redundancy:
+        raise KinegenError(f"{robot.name}: kinds of targets are not measured with a redundancy", robot.source)
     near = np.array(reachable_poses(robot, starts=True))
     box = np.array(joint_box(robot)).clip(-math.pi, math.pi)
     far, unreachable, bent = near.copy(), near.copy(), near.copy()
@@ -40,12 +46,13 @@ def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
     return {name: tuple(tuple(map(float, row)) for row in rows) for name, rows in kinds.items()}
 
 
-def reachable_poses(robot: Robot, *, starts: bool) -> tuple[tuple[float, ...], ...]:
+def reachable_poses(robot: Robot, *, starts: bool, given: bool = False) -> tuple[tuple[float, ...], ...]:
     """Poses of the tip, each the numbers of a 4x4 matrix.
 
     Args:
         robot: The robot, which has one tip.
         starts: Whether each is followed by the joint vector from which a search begins.
+        given: Whether what the inverse is given besides stands between them, for a robot with a redundancy.
 
     Returns:
         `COUNT` rows. The joint vectors of the poses are random ones well within the limits.
@@ -57,6 +64,8 @@ def reachable_poses(robot: Robot, *, starts: bool) -> tuple[tuple[float, ...], .
     generator = np.random.default_rng(1)
     joints = middle + half * generator.uniform(-_INNER, _INNER, (COUNT, robot.dof))
     poses: NDArray[np.float64] = reference.pose(robot, joints)[:, 0].reshape(COUNT, 16)
+    if given and robot.redundancy:
+        poses = np.column_stack([poses, reference.redundancy(robot, joints)])
     steps = NEAR * np.where(angles, 1, 2 * half) * generator.choice([-1, 1], joints.shape)
     rows = np.concatenate([poses, np.clip(joints + steps, box[:, 0], box[:, 1])], axis=1) if starts else poses
     return tuple(tuple(map(float, row)) for row in rows)

@@ -138,7 +138,7 @@ def write_measured(folder: Path, kernels: Kernels, real: str) -> Measured:
     kernel = printed(kernels, real)
     (entry,), (prototype,), (program,) = _entries(kernels, kernel, real), kernel.prototypes, kernels.programs
     is_inverse = program.quantity.kind is Kind.INVERSE
-    examples = _examples(reachable_poses(kernels.robot, starts=False), real) if is_inverse else ()
+    examples = _examples(reachable_poses(kernels.robot, starts=False, given=True), real) if is_inverse else ()
     files = _write(folder, [kernel], _with_nothing(folder, entry, prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, entry.name, 8)
 
@@ -159,9 +159,11 @@ def write_nearest(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Seq
     if nearest is None:
         raise KinegenError(f"{kernels.robot.name} has no inverse to choose from")
     parameters = f"&{default_params(kernels.robot.name, real)}, " if nearest.params_type else ""
-    call = f"(void){nearest.name}(q, q + 16, {parameters}result)"
-    entry = TableEntry(nearest.name, "", call, 16 + dof, dof, kernel.beyond)
-    examples = _examples(rows or reachable_poses(kernels.robot, starts=True), real)
+    given = "q + 16, q + 17" if nearest.redundancy else "q + 16"
+    call = f"(void){nearest.name}(q, {given}, {parameters}result)"
+    numbers = 16 + bool(nearest.redundancy) + dof
+    entry = TableEntry(nearest.name, "", call, numbers, dof, kernel.beyond)
+    examples = _examples(rows or reachable_poses(kernels.robot, starts=True, given=True), real)
     files = _write(folder, [kernel], _with_nothing(folder, entry, nearest.prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, nearest.name, 8)
 

@@ -10,6 +10,7 @@ from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import complain, filled, say, strong
 from kinegen.errors import KinegenError, shown
 from kinegen.lines import columns
+from kinegen.robot.redundancy import JOINTS
 
 if TYPE_CHECKING:
     from kinegen.robot.model import Robot
@@ -64,6 +65,8 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     lines = [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
     if not refusal(robot):
         lines.append(f"{_INDENT}All solutions, up to 16: kinegen build --outputs complete_inverse")
+    if robot.dof == JOINTS and not robot.redundancy:
+        lines.append(f"{_INDENT}Seven joints: --redundancy NAME gives one joint, or arm_angle, in addition to the pose")
     return lines
 
 

@@ -17,7 +17,7 @@ from kinegen.formats.format import ReadOptions, reading
 from kinegen.formats.report import Report
 
 _ARGUMENT = re.compile(r"([A-Za-z_][A-Za-z0-9_.]*):=(.*)\Z", re.DOTALL)
-VALUED = ("--tip", "--base", "--package-path", "--snap", "--table")
+VALUED = ("--tip", "--base", "--package-path", "--snap", "--table", "--redundancy")
 """The options that `RobotCommand` adds, all of which take a value."""
 
 
@@ -77,6 +77,12 @@ def _options() -> list[click.Parameter]:
             metavar="CONVENTION,LENGTH,ANGLE",
             default="",
             help="How the columns of a CSV file are meant, such as standard,mm,deg.",
+        ),
+        click.Option(
+            ["--redundancy"],
+            metavar="JOINT",
+            default="",
+            help="Joint whose value the inverse of seven joints is given in addition to the pose, or arm_angle.",
         ),
     ]
 

@@ -199,6 +199,8 @@ def _dexterity(file: Path, ranges: tuple[Range, ...], workspace: Workspace, turn
     except KinegenError as error:
         # The conditions that fail are the business of `kinegen inspect`.
         return f"not measured, since {error.message.partition(':')[0]}"
+    if kernels.robot.redundancy:
+        return "not measured, since an inverse with a redundancy does not say which poses are reached"
     return dexterous_part(workspace, turning, find_inverse(kernels, ranges))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from kinegen.emit.actuators import ARRAY as ACTUATORS
 from kinegen.ir.program import Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
-from kinegen.outputs import Array, Kind
+from kinegen.outputs import REDUNDANCY, Array, Kind
 from kinegen.robot.model import Robot
 
 ANGLES, PAIRS, LONG = "Angle sums", "Sines and cosines", "Square roots and arc tangents"
@@ -211,6 +211,8 @@ def _input_names(robot: Robot, program: Program) -> Iterator[str]:
     for array in program.signature.inputs:
         if array.name == ACTUATORS:
             yield from (reading.name for reading in robot.actuators.readings)
+        elif array == REDUNDANCY:
+            yield robot.redundancy
         elif array.shape == (robot.dof,):
             yield from (variable.name for variable in robot.variables)
         else:

@@ -72,7 +72,9 @@ def command_line(kernels: Kernels, *more: str) -> str:
     outputs += [str(Kind.NUMERIC_INVERSE)] * kernels.numeric_inverse
     outputs += [str(Kind.COMPLETE_INVERSE)] * kernels.complete_inverse
     chosen = [parameter.name for parameter in kernels.robot.parameters if parameter.chosen]
-    options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else []), *more]
+    options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else [])]
+    options += [f"--redundancy {kernels.robot.redundancy}"] * bool(kernels.robot.redundancy)
+    options += more
     return " ".join([f"kinegen build {comment_text(kernels.robot.source)}", *options])
 
 

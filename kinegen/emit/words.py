@@ -62,6 +62,7 @@ _INPUT: Mapping[str, str] = MappingProxyType(
         "qd": "joint velocities, per second",
         "qdd": "joint accelerations, per second squared",
         "base_T_tool": "pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal",
+        "redundancy": "value of the joint that is given, or the arm angle",
         "a_T_b": "pose of a frame b in a frame a, 4x4 matrix, row by row",
     }
 )

@@ -23,7 +23,7 @@ YAML_SUFFIXES = (".yaml", ".yml")
 
 @dataclass(frozen=True, slots=True)
 class ReadOptions:
-    """What a reader of another format may need to be told; kinegen's own files need nothing of it.
+    """What reading may need to be told; kinegen's own files need nothing of it.
 
     Attributes:
         tips: Names of the links at which the robot ends; all ends of the tree if there are none.
@@ -33,6 +33,8 @@ class ReadOptions:
         snap: Angles within this distance in radians of a multiple of 15 degrees become that multiple. None goes by
             the printed digits alone; zero keeps every digit.
         table: Convention, length unit and angle unit of a CSV table, such as `standard,mm,deg`.
+        redundancy: What the inverse is given besides the pose, in any format: a joint, or `arm_angle`; what the file
+            says if it is empty.
     """
 
     tips: tuple[str, ...] = ()
@@ -41,6 +43,7 @@ class ReadOptions:
     arguments: tuple[tuple[str, str], ...] = ()
     snap: float | None = None
     table: str = ""
+    redundancy: str = ""
 
 
 READING: ContextVar[ReadOptions] = ContextVar("READING", default=ReadOptions())  # noqa: B039 - a frozen record

@@ -16,6 +16,7 @@ from kinegen.formats.format import LISTENER, READING, Imported, ReadOptions, for
 from kinegen.robot.digest import digest
 from kinegen.robot.expressions import ExpressionError
 from kinegen.robot.model import Robot
+from kinegen.robot.redundancy import with_redundancy
 
 MAX_BYTES = 16 * 1024 * 1024
 """No format takes more; a reader may take less."""
@@ -93,12 +94,14 @@ def read_bytes(path: str | Path) -> bytes:
 
 def _read(data: bytes, source: str, options: ReadOptions | None) -> Imported:
     shown = printable(source)
-    form = format_of(source, data)
+    form, options = format_of(source, data), READING.get() if options is None else options
     if form.read is None:
         raise RobotFileError(f"{form.name} files are only written", shown)
     try:
-        imported = form.read(data, Path(source), READING.get() if options is None else options)
+        imported = form.read(data, Path(source), options)
         check_angles(imported.robot)
+        if options.redundancy:
+            imported = replace(imported, robot=with_redundancy(imported.robot, options.redundancy))
     except RobotFileError as error:
         raise RobotFileError(printable(error.message), printable(error.path or source), error.line or None) from None
     except ModuleNotFoundError as error:

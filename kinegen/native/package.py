@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from kinegen.emit.files import stamp_of
+from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.nearest import NAME, nearest_signature
 from kinegen.emit.reals import Real
@@ -22,7 +23,6 @@ from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
 from kinegen.native.search import search_declarations, search_glue
-from kinegen.outputs import Kind
 
 _numbers = itertools.count()
 
@@ -39,8 +39,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         Function(program.quantity.function, program.signature.inputs, program.signature.results)
         for program in kernels.programs
     ]
-    if any(program.quantity.kind is Kind.INVERSE for program in kernels.programs):
-        functions.append(Function(NAME, *nearest_signature(robot), returns_last=True))
+    if branches := branches_of(kernels):
+        functions.append(Function(NAME, *nearest_signature(robot, branches), returns_last=True))
     return Interface(
         symbol=robot.name,
         functions=tuple(functions),

@@ -9,6 +9,7 @@ kernel is held to this package, so it shares nothing with `symbolic/` and `ir/`.
     series       numbers that carry their derivatives
     velocity     Jacobians, twists, accelerations, and derivatives by parameters
     orientation  quaternions, angles and rotation vectors
+    redundancy   the value of a joint, or the arm angle, that an inverse is given besides the pose
     actuators    joints by readings of actuators; actuators_inverse leads back
 """
 
@@ -17,6 +18,7 @@ from kinegen.reference.actuators_inverse import readings
 from kinegen.reference.numbers import DIGITS, WIDE, WIDE_UNIT
 from kinegen.reference.orientation import Orientation, rotations
 from kinegen.reference.poses import fk, frames, frames_mp, pose, pose_mp
+from kinegen.reference.redundancy import redundancy
 from kinegen.reference.velocity import Kinematics
 
 __all__ = [
@@ -32,5 +34,6 @@ __all__ = [
     "pose",
     "pose_mp",
     "readings",
+    "redundancy",
     "rotations",
 ]

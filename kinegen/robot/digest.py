@@ -26,8 +26,9 @@ def _plain(value: object) -> object:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         names = [field.name for field in dataclasses.fields(value) if field.name not in _LEFT_OUT]
         found = {name: getattr(value, name) for name in names}
-        # A robot without actuators or named tips keeps the hash that it had before there were any.
-        kept = [each for name, each in found.items() if each != NO_ACTUATORS and (name, each) != ("tip", False)]
+        # A robot without actuators, named tips or a redundancy keeps the hash that it had before there were any.
+        usual = (("tip", False), ("redundancy", ""))
+        kept = [each for name, each in found.items() if each != NO_ACTUATORS and (name, each) not in usual]
         return [type(value).__name__, *map(_plain, kept)]
     if isinstance(value, tuple):
         return [_plain(part) for part in value]

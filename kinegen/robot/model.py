@@ -209,6 +209,7 @@ class Robot:
         digest: Hash of the content that decides the output, as hexadecimal text.
         actuators: What drives the joints; empty where the file says nothing of it.
         version: As the file says, three numbers with dots; empty where it says nothing.
+        redundancy: What the inverse of seven joints is given besides the pose: a joint, or `ARM_ANGLE`; usually empty.
     """
 
     name: str
@@ -225,6 +226,7 @@ class Robot:
     digest: str
     actuators: Actuators = NO_ACTUATORS
     version: str = ""
+    redundancy: str = ""
 
     @property
     def release(self) -> str:

@@ -102,6 +102,7 @@ def _inputs(robot: Robot, program: Program, points: FloatArray, real: Real, gene
     """The inputs of a function, some of them spoilt."""
     if program.quantity.kind is Kind.INVERSE:
         given = [reference.pose(robot, points)[:, 0]]
+        given += [reference.redundancy(robot, points)] if robot.redundancy else []
     else:
         samples = input_samples(robot, program.signature.inputs, held(robot, program.quantity, points))
         given = [samples[array.name] for array in program.signature.inputs]

@@ -24,6 +24,7 @@ from kinegen.symbolic.inverse.family import (
     FlatArm,
     GimbalArm,
     PointArm,
+    SphericalArm,
     StrokeArm,
     TripleArm,
     WristArm,
@@ -54,6 +55,9 @@ _WORDS = {
     "shoulder flip": ("wrist", -1),
 }
 
+_SPHERICAL_WORDS = _WORDS | {"shoulder no-flip": ("shoulder", 1), "shoulder flip": ("shoulder", -1)}
+"""The same for an arm with a wrist at either end."""
+
 
 def require_names(
     robot: Robot, names: Sequence[str], family: Family, target: str, joints: FloatArray, solved: Truths
@@ -76,10 +80,11 @@ def require_names(
     places = np.nonzero(solved)
     rows = joints[places]
     found = signs(robot, family, rows) if len(rows) else {}
+    words = _SPHERICAL_WORDS if isinstance(family.build, SphericalArm) else _WORDS
     for index, name in enumerate(names):
         own = places[1] == index
         for word in name.split(", "):
-            choice, wanted = _WORDS.get(word, ("", 0))
+            choice, wanted = words.get(word, ("", 0))
             wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
@@ -98,7 +103,7 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
         By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
     """
     zero = np.zeros((1, robot.dof))
-    now, rest = (Lines(robot, each, is_reversed=family.is_reversed) for each in (q, zero))
+    now, rest = (Lines(robot, each, is_reversed=family.is_reversed, held=family.held) for each in (q, zero))
     return dict(_signs(now, rest, family))
 
 
@@ -110,9 +115,17 @@ class Lines:
         points: A point of each axis, shape (N, dof, 3).
         tool: Where the tool is, shape (N, 3).
         extent: The reach of the arm.
+
+    Args:
+        robot: The robot.
+        q: Joint vectors, shape (N, dof).
+        is_reversed: Whether the chain goes from the tool to the base.
+        held: A joint that is not in the chain.
     """
 
-    def __init__(self, robot: Robot, q: FloatArray, *, is_reversed: bool = False) -> None:
+    def __init__(
+        self, robot: Robot, q: FloatArray, *, is_reversed: bool = False, held: JointAxis | None = None
+    ) -> None:
         jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
         place = reference.pose(robot, q)[:, 0, :3, 3]
         linear, angular = jacobian[:, :3].swapaxes(1, 2), jacobian[:, 3:].swapaxes(1, 2)
@@ -122,10 +135,15 @@ class Lines:
         self.directions = self.directions / np.linalg.norm(self.directions, axis=2, keepdims=True)
         lever = np.cross(angular, linear) / np.where(turns, rates, 1) ** 2
         self.points = place[:, None] + np.where(turns, lever, 0)
-        self.tool, self.extent, self._is_reversed = place, reach(robot), is_reversed
+        self.tool, self.extent = place, reach(robot)
         if is_reversed:
             # From the tool, a joint turns everything before it the other way.
             self.directions, self.points = -self.directions[:, ::-1], self.points[:, ::-1]
+        numbers = [number for number in range(1, robot.dof + 1) if held is None or number != held.number]
+        self._numbers = numbers[::-1] if is_reversed else numbers
+        if held is not None:
+            own = [(robot.dof - number if is_reversed else number - 1) for number in self._numbers]
+            self.directions, self.points = self.directions[:, own], self.points[:, own]
 
     def direction(self, number: int) -> FloatArray:
         """Of an axis, by its place along the chain from 1."""
@@ -134,7 +152,7 @@ class Lines:
 
     def place(self, joint: JointAxis) -> int:
         """The place of a joint along the chain, from 1."""
-        return self.directions.shape[1] + 1 - joint.number if self._is_reversed else joint.number
+        return self._numbers.index(joint.number) + 1
 
     def pointing(self, joint: JointAxis) -> FloatArray:
         """The same, the way that the axis points, whichever way its joint turns."""
@@ -166,6 +184,10 @@ def _signs(now: Lines, zero: Lines, family: Family) -> Iterator[tuple[str, Float
             yield from _arm_signs(now, zero, arm, now.tool, zero.tool)
         case WristArm(arm, wrist):
             yield from _arm_signs(now, zero, arm, now.meeting(4, 5), zero.meeting(4, 5))
+            yield "wrist", _turned(now, wrist)
+        case SphericalArm(shoulder, elbow, wrist):
+            yield "elbow", _left_of_line(now, now.pointing(elbow))
+            yield "shoulder", _turned(now, shoulder)
             yield "wrist", _turned(now, wrist)
         case FlatArm(turns):
             first, second = turns[0].number, turns[1].number
@@ -229,6 +251,12 @@ def _left(lines: Lines, carried: FloatArray, viewer: FloatArray) -> FloatArray:
     centre = lines.meeting(1, 2)
     to_point, to_elbow = carried - centre, -lines.from_axis(3, centre)
     return _leftness(to_point - _dot(to_point, viewer)[:, None] * viewer, to_elbow, viewer)
+
+
+def _left_of_line(lines: Lines, viewer: FloatArray) -> FloatArray:
+    """How far axis 4 is to the left of the line from where axes 1 and 2 meet to where axes 5 and 6 meet."""
+    shoulder = lines.meeting(1, 2)
+    return _leftness(lines.meeting(5, 6) - shoulder, -lines.from_axis(4, shoulder), viewer)
 
 
 def _leftness(to_point: FloatArray, to_elbow: FloatArray, viewer: FloatArray) -> FloatArray:

@@ -199,6 +199,8 @@ def _strides(called: Called) -> Iterator[Call]:
 
 
 def _spread_columns(array: Floats) -> Floats:
+    if not array.ndim:
+        return array
     wide = np.full((*array.shape[:-1], 3 * array.shape[-1]), np.nan, array.dtype)
     wide[..., 1::3] = array
     return wide[..., 1::3]
@@ -266,7 +268,7 @@ def _shared(called: Called) -> Iterator[Call]:
 def _single(called: Called) -> Iterator[Call]:
     """One configuration, which the scalar kernel serves: however it is given, with the same bits."""
     for place in {0, len(called.inputs[0]) // 2, len(called.inputs[0]) - 1}:
-        inputs = tuple(array[place] for array in called.inputs)
+        inputs = tuple(array[place, ...] for array in called.inputs)
         wanted = results_of(called.kernel, called.params, inputs)
         given = tuple(np.full_like(array, _GUARD) for array in wanted)
         yield Call("of one configuration with out=", partial(_into, called, inputs, given, given), wanted)

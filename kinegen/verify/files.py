@@ -75,7 +75,7 @@ def require_files(
     compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
     kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
     choices = tuple(quantity for quantity in programs if quantity.kind is Kind.INVERSE)
-    kernels += [Spoilable(NEAREST, 2, (robot.dof,), is_choice=True) for _ in choices]
+    kernels += [Spoilable(NEAREST, 2 + bool(robot.redundancy), (robot.dof,), is_choice=True) for _ in choices]
     spreads = _spreads(robot, programs)
     for real in reals:
         probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kinegen import reference
 from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
-from kinegen.robot.extent import reach
+from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.inverse.derive import family_of
 from kinegen.symbolic.inverse.family import Family
@@ -26,6 +26,9 @@ FloatArray = NDArray[np.float64]
 
 TARGETS = 120
 """Targets of each kind."""
+
+_OUTSIDE = 0.01
+"""How far outside its range a joint is given, in part of that."""
 
 SHEAR = 1e-3
 """How far a rotation is from one that is sheared or scaled a little; what is accepted is a part of that."""
@@ -46,15 +49,33 @@ def refuse_the_impossible(robot: Robot, quantity: Quantity, ways: Sequence[Way],
     q = random_joints(robot, TARGETS, SEED)
     poses = reference.pose(robot, q)[:, 0]
     outward = Lines(robot, q).from_axis(1, poses[:, :3, 3])
+    kind = DTYPES[real]
+    given = reference.redundancy(robot, q).astype(kind) if robot.redundancy else None
+    besides = () if given is None else (given,)
     kinds = [
-        (what, targets.astype(DTYPES[real])) for what, targets in _impossible(robot, family_of(robot), poses, outward)
+        (what, (targets.astype(kind), *besides))
+        for what, targets in _impossible(robot, family_of(robot), poses, outward)
     ]
+    if given is not None:
+        kinds += [(what, (poses.astype(kind), np.full_like(given, value))) for what, value in _no_redundancy(robot)]
     with np.errstate(all="ignore"):
         for way in ways:
             for what, targets in kinds:
-                _, valid = way.call((targets,))
+                _, valid = way.call(targets)
                 if (valid != 0).any():
                     raise ProofError(f"{robot.name}: {way.target} {quantity} solves for targets {what}")
+
+
+def _no_redundancy(robot: Robot) -> Iterator[tuple[str, float]]:
+    """Values of a redundancy for which nothing is solved: no numbers, and those of a joint outside its limits."""
+    yield "with a redundancy of NaN", np.nan
+    yield "with an infinite redundancy", np.inf
+    yield "with an infinite redundancy", -np.inf
+    yield "with a redundancy beyond all angles", 1e9
+    for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True):
+        if variable.name == robot.redundancy and variable.limits:
+            yield "with a redundancy below its limit", low - _OUTSIDE * (high - low)
+            yield "with a redundancy above its limit", high + _OUTSIDE * (high - low)
 
 
 def _impossible(

@@ -172,7 +172,7 @@ class _Tester:
     def trial(self, way: Way, targets: SolvedTargets, known: Led | None = None) -> tuple[Trial, Led]:
         """Try one way at all targets; solutions that another way gave too are not led back again."""
         count, special, poses = targets.random, targets.special, targets.poses
-        solutions, valid = way.call((poses.astype(DTYPES[self.real]),))
+        solutions, valid = way.call(targets.inputs(DTYPES[self.real]))
         solved, joints = valid != 0, solutions.astype(np.float64)
         self._require_numbers(way.target, joints, valid)
         self._require_limits(way.target, joints, solved)

@@ -245,7 +245,9 @@ class _Judged:
         store = Store(robot, DTYPES[self._real], exact=False)
         for program in self._programs.values():
             if program.quantity.kind is Kind.INVERSE:
-                inputs: Arrays = (reference.pose(robot, samples)[:, 0].astype(DTYPES[self._real]),)
+                given = (reference.redundancy(robot, samples),) if robot.redundancy else ()
+                poses = reference.pose(robot, samples)[:, 0]
+                inputs: Arrays = tuple(each.astype(DTYPES[self._real]) for each in (poses, *given))
             else:
                 points = held(robot, program.quantity, samples)
                 inputs, _ = store.expect(program.quantity, program.signature.inputs, points)
@@ -267,7 +269,11 @@ class _Judged:
             turns = 2 * np.pi * np.random.default_rng(SEED).integers(-2, 3, samples.shape)
             near = np.concatenate([samples[::-1] + turns, np.repeat(_SPOILT, robot.dof, axis=1)])
             poses = np.concatenate([poses, np.repeat(poses[:1], len(_SPOILT), axis=0)])
-            given[NEAREST] = (poses.astype(dtype), near.astype(dtype)), ["q", "exists"]
+            targets = [poses]
+            if robot.redundancy:
+                values = reference.redundancy(robot, samples)
+                targets.append(np.concatenate([values, np.repeat(values[:1], len(_SPOILT))]))
+            given[NEAREST] = tuple(each.astype(dtype) for each in (*targets, near)), ["q", "exists"]
         for name, (inputs, names) in given.items():
             found = self._call.others(name, inputs, real=self._real)
             if found is not None:

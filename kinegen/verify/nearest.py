@@ -23,7 +23,7 @@ from kinegen.robot.model import Robot
 from kinegen.symbolic.inverse.family import Family
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.samples import SEED
-from kinegen.verify.ways import DTYPES, Way, ways_to_call
+from kinegen.verify.ways import DTYPES, Arrays, Way, ways_to_call
 
 FloatArray = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -65,30 +65,30 @@ def require_nearest(
     """
     params = None if parameters is None else package.Params(*parameters)
     joints = _joints(robot, family, rooms)
-    poses, wanted = _inputs(robot, joints, real)
+    targets, wanted = _inputs(robot, joints, real)
     for way in ways_to_call(package, quantity, real, parameters):
         if not way.is_plain and way.target != f"C {real}":
             continue  # other layouts have no such call
         way.select()
         choose = partial(_in_a_batch if way.is_plain else _one_by_one, way.kernel, params)
         judge = _Judge(f"{robot.name}: {way.target} {quantity} with nearest=", joints, real)
-        judge.require_choice(way, choose, poses, wanted)
-        judge.require_none(choose, poses, wanted)
+        judge.require_choice(way, choose, targets, wanted)
+        judge.require_none(choose, targets, wanted)
         if way.is_plain and parameters is None:
-            results = way.kernel.chooses(poses, wanted)
-            called = Called(way.kernel.chooses, None, (poses, wanted), results)
+            results = way.kernel.chooses(*targets, wanted)
+            called = Called(way.kernel.chooses, None, (*targets, wanted), results)
             require_same_bits(robot, quantity, f"{way.target} nearest", called)
 
 
-def _in_a_batch(kernel: Any, params: Any, poses: Any, wanted: Any) -> tuple[Any, Any]:
-    found: tuple[Any, Any] = kernel(poses, params=params, nearest=wanted)
+def _in_a_batch(kernel: Any, params: Any, targets: Arrays, wanted: Any) -> tuple[Any, Any]:
+    found: tuple[Any, Any] = kernel(*targets, params=params, nearest=wanted)
     return found
 
 
-def _one_by_one(kernel: Any, params: Any, poses: Any, wanted: Any) -> tuple[Any, Any]:
+def _one_by_one(kernel: Any, params: Any, targets: Arrays, wanted: Any) -> tuple[Any, Any]:
     """Parameters are left out where they are those of the file: such calls have a way of their own."""
     options = {} if params is None else {"params": params}
-    found = [kernel(pose, nearest=near, **options) for pose, near in zip(poses, wanted, strict=True)]
+    found = [kernel(*each, nearest=near, **options) for *each, near in zip(*targets, wanted, strict=True)]
     return np.stack([q for q, _ in found]), np.array([exists for _, exists in found])
 
 
@@ -110,7 +110,7 @@ def _joints(robot: Robot, family: Family, rooms: FloatArray) -> tuple[_Joint, ..
     return tuple(_Joint(float(low), float(high), own, turn, float(room)) for (low, high), own, turn, room in parts)
 
 
-def _inputs(robot: Robot, joints: tuple[_Joint, ...], real: str) -> tuple[Any, Any]:
+def _inputs(robot: Robot, joints: tuple[_Joint, ...], real: str) -> tuple[Arrays, Any]:
     """Targets, some out of reach, and joint vectors: near and far, some exactly at limits, or whole turns beyond."""
     generator = np.random.default_rng(SEED)
     low, high = (np.array([getattr(joint, side) for joint in joints]) for side in ("low", "high"))
@@ -123,7 +123,8 @@ def _inputs(robot: Robot, joints: tuple[_Joint, ...], real: str) -> tuple[Any, A
     wanted[1::5], wanted[2::7] = q[1::5], ends[2::7]
     poses = reference.pose(robot, q)[:, 0]
     poses[3::13, :3, 3] += 10 * reach(robot)
-    return poses.astype(DTYPES[real]), wanted.astype(DTYPES[real])
+    given = (reference.redundancy(robot, q),) if robot.redundancy else ()
+    return tuple(each.astype(DTYPES[real]) for each in (poses, *given)), wanted.astype(DTYPES[real])
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,9 +133,9 @@ class _Judge:
     joints: tuple[_Joint, ...]
     real: str
 
-    def require_choice(self, way: Way, choose: Choose, poses: Any, wanted: Any) -> None:
+    def require_choice(self, way: Way, choose: Choose, targets: Arrays, wanted: Any) -> None:
         """Every row is the nearest of all solutions, with all whole turns that limits allow."""
-        (solutions, valid), (found, exists) = way.call((poses,)), choose(poses, wanted)
+        (solutions, valid), (found, exists) = way.call(targets), choose(targets, wanted)
         if not np.array_equal(exists, (valid != 0).any(axis=1)):
             raise ProofError(f"{self.name} does not find what is valid")
         if not np.isnan(found[~exists]).all():
@@ -160,14 +161,14 @@ class _Judge:
         room = joint.room + 8 * float(unit) * max(abs(joint.low), abs(joint.high))
         return joint.is_limited and not joint.low - room <= value <= joint.high + room
 
-    def require_none(self, choose: Choose, poses: Any, wanted: Any) -> None:
+    def require_none(self, choose: Choose, targets: Arrays, wanted: Any) -> None:
         """Nothing is near to what is not a joint vector; the other rows of a batch are as they were."""
-        usual = choose(poses, wanted)[1]
+        usual = choose(targets, wanted)[1]
         for value in _NONE:
             spoilt = wanted.copy()
             rows = np.arange(0, len(spoilt), 2)
             spoilt[rows, np.resize(np.arange(len(self.joints)), len(rows))] = value
-            found, exists = choose(poses, spoilt)
+            found, exists = choose(targets, spoilt)
             others = np.array_equal(exists[1::2], usual[1::2]) and np.isfinite(found[exists]).all()
             if exists[::2].any() or not np.isnan(found[::2]).all() or not others:
                 raise ProofError(f"{self.name} finds a solution near to a joint value of {value}")

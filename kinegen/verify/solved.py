@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from kinegen.robot.model import Robot
 from kinegen.symbolic.inverse.family import Aim, Family
 from kinegen.symbolic.inverse.places import alignments, boundaries
 from kinegen.verify.samples import RANDOM, SEED, proof_samples
+from kinegen.verify.ways import Arrays
 
 FloatArray = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -37,17 +39,24 @@ class SolvedTargets:
         special: Those that follow, by what they are; further ones lie beyond the limits.
         points: All of them, shape (N, dof).
         poses: Their poses (N, 4, 4).
+        given: What is given besides the poses, shape (N,); None where nothing is.
     """
 
     random: int
     special: dict[str, FloatArray]
     points: FloatArray
     poses: FloatArray
+    given: FloatArray | None = None
+
+    def inputs(self, dtype: np.dtype[Any]) -> Arrays:
+        """What an inverse is called with, in a number type."""
+        return tuple(each.astype(dtype) for each in (self.poses, self.given) if each is not None)
 
     def fewer(self, random: int) -> tuple[SolvedTargets, NDArray[np.intp]]:
         """The same with fewer random ones, and the rows that they had."""
         rows = np.concatenate([np.arange(random), np.arange(self.random, len(self.points))])
-        return SolvedTargets(random, self.special, self.points[rows], self.poses[rows]), rows
+        given = None if self.given is None else self.given[rows]
+        return SolvedTargets(random, self.special, self.points[rows], self.poses[rows], given), rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +97,8 @@ def targets_of(robot: Robot, family: Family, random: int, each: int) -> SolvedTa
     """
     special = _special(robot, family, each)
     points = np.concatenate([random_joints(robot, random, SEED), *special.values(), _beyond(robot, each)])
-    return SolvedTargets(random, special, points, _poses(robot, points))
+    given = reference.redundancy(robot, points) if robot.redundancy else None
+    return SolvedTargets(random, special, points, _poses(robot, points), given)
 
 
 def lead_back(

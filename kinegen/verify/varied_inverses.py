@@ -84,11 +84,12 @@ def require_varied_inverse(robot: Robot, make: Any, quantity: Quantity, way: Way
     """
     q, poses = _targets(robot, TARGETS, real)
     sets = parameter_sets(robot)
+    given = [reference.redundancy(robot, q.astype(np.float64)).astype(q.dtype)] if robot.redundancy else []
     for values in sets:
-        if not way.kernel(poses, params=make(*map(float, values)))[1].any():
+        if not way.kernel(poses, *given, params=make(*map(float, values)))[1].any():
             raise ProofError(f"{robot.name}: {way.target} {quantity} solves no target with other parameters")
-    count = require_varied(robot, quantity, way.target, Alternating(way.kernel, make, sets, (poses,)))
-    choice = Alternating(way.kernel.chooses, make, sets, (poses, q))
+    count = require_varied(robot, quantity, way.target, Alternating(way.kernel, make, sets, (poses, *given)))
+    choice = Alternating(way.kernel.chooses, make, sets, (poses, *given, q))
     return count + require_varied(robot, quantity, f"{way.target} nearest", choice)
 
 

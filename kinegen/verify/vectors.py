@@ -19,7 +19,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 from kinegen.outputs import Array, Kind, Quantity, Signature
-from kinegen.reference import DIGITS
+from kinegen.reference import DIGITS, redundancy
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
@@ -76,6 +76,8 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     ]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
+    has_targets = kernels.numeric_inverse or len(programs) < len(kernels.programs)
+    targets = _targets(robot) if has_targets else ()
     expected = {
         program.quantity: vector_results(known, program.signature, spreads[program.quantity]) for program in safe
     }
@@ -83,7 +85,8 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         inputs=inputs,
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
-        targets=_targets(robot) if kernels.numeric_inverse or len(programs) < len(kernels.programs) else (),
+        targets=targets,
+        given=_given(robot, targets) if robot.redundancy and len(programs) < len(kernels.programs) else (),
     )
 
 
@@ -130,6 +133,12 @@ def _firm(robot: Robot, readers: Sequence[Program], array: Array, usual: FloatAr
 def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
     with mpmath.workdps(DIGITS):
         return tuple(zip(*map(_rows, inverse_targets(robot)), strict=True))
+
+
+def _given(robot: Robot, targets: tuple[tuple[Row, Row], ...]) -> Row:
+    """What an inverse is given besides each target."""
+    joints = np.array([[float(entry) for entry in row] for _, row in targets])  # multiples of one part of a power of 2
+    return tuple(map(_fraction, redundancy(robot, joints, exact=True)))
 
 
 def _speeds(robot: Robot, name: str) -> FloatArray:

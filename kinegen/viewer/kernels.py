@@ -36,6 +36,9 @@ def page_kernels(robot: Robot, outputs: tuple[Quantity, ...] = ()) -> Kernels:
         raise KinegenError("numeric_inverse is not an output of a page, which has its own search", robot.source)
     if any(quantity.kind is Kind.COMPLETE_INVERSE for quantity in wanted):
         raise KinegenError("complete_inverse is not an output of a page: it is in C and Python alone", robot.source)
+    if robot.redundancy and Quantity(Kind.INVERSE) in wanted:
+        reason = f"a page has no input for the redundancy ({robot.redundancy}); it searches for joint values"
+        raise KinegenError(f"inverse: {reason}", robot.source)
     return lower_robot(robot, tuple(wanted))
 
 
@@ -44,7 +47,8 @@ def _possible(robot: Robot) -> list[Quantity]:
     from kinegen.symbolic.inverse.family import Family
     from kinegen.symbolic.inverse.recognise import recognise
 
-    found = [Quantity(Kind.INVERSE)] if isinstance(recognise(robot), Family) else []
+    has_inverse = not robot.redundancy and isinstance(recognise(robot), Family)
+    found = [Quantity(Kind.INVERSE)] if has_inverse else []
     if robot.actuators.readings:
         found.append(Quantity(Kind.ACTUATORS_TO_JOINTS))
         back = Quantity(Kind.JOINTS_TO_ACTUATORS)

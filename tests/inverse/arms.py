@@ -53,6 +53,26 @@ DISTAL = {
 }
 """Arms as distal rows: joint, a, d, alpha; a dot is a random offset. The names are for people who read a failure."""
 
+REDUNDANT = {
+    "Panda": ("j7", ["R 0 . -90", "R 0 0 90", "R c b 90", "R -c 0 -90", "R 0 a 90", "R d 0 90", "R 0 c 0"]),
+    "UR on a rail": ("j1", ["P 0 . 90", "R 0 a 90", "R -b 0 0", "R -c 0 0", "R 0 d 90", "R 0 a -90", "R 0 c 0"]),
+    "arm on a table": ("j1", ["R c . 50", "R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 0"]),
+    "turning tool": ("j7", ["R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 30", "R c . 20"]),
+    "sliding tool": ("j7", ["R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 30", "P 0 . 0"]),
+    "S-R-S, joint 1": ("j1", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
+    "S-R-S, joint 7": ("j7", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
+    "S-R-S": ("arm_angle", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
+    "S-R-S, offset elbow": (
+        "arm_angle",
+        ["R 0 . -90", "R 0 0 90", "R c b 90", "R -c 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"],
+    ),
+    "S-R-S, equal links": (
+        "arm_angle",
+        ["R 0 . 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 a 90", "R 0 0 -90", "R c . 0"],
+    ),
+}
+"""Arms of seven joints: what is given besides the pose, and the rows."""
+
 LENGTHS = {"a": 0.43, "b": 0.37, "c": 0.11, "d": 0.29}
 
 
@@ -71,7 +91,8 @@ def robots(draw: st.DrawFn, kind: str) -> Robot:
     """A robot of a kind, in a random convention, with random signs, offsets, base, tool, limits and parameters."""
     convention = draw(st.sampled_from(["standard", "modified", "ets"]))
     runtime = "true" if draw(st.booleans()) else "false"
-    rows = [row.split() for row in DISTAL[kind]]
+    redundancy, given_rows = REDUNDANT[kind] if kind in REDUNDANT else ("", DISTAL[kind])
+    rows = [row.split() for row in given_rows]
     before = [f"Rz({draw(_angles)})", f"Rx({draw(_angles)})", f"Tz({draw(_offsets)})"]
     after = [f"Rz({draw(_angles)})"] if kind.startswith(("planar", "SCARA")) else [f"Rx({draw(_angles)})", "Tx(c)"]
     lines: list[str] = []
@@ -101,6 +122,7 @@ def robots(draw: st.DrawFn, kind: str) -> Robot:
     head = [
         f"kinegen: 1\nname: arm\nconvention: {'standard' if convention == 'ets' else convention}",
         "units: {length: m, angle: deg}",
+        *[f"redundancy: {redundancy}"] * bool(redundancy),
         *(["parameters:"] if used else []),
         *(f"  {name}: {{value: {LENGTHS[name]}, runtime: {runtime}}}" for name in used),
     ]
@@ -124,13 +146,13 @@ def arm_of(robot: Robot) -> Arm:
     return Arm(robot, family, program, tuple(float(value) for _, value in family.axes.defaults))
 
 
-def evaluate(arm: Arm, poses: Floats) -> tuple[Floats, Floats]:
+def evaluate(arm: Arm, poses: Floats, given: Floats | None = None) -> tuple[Floats, Floats]:
     """All solutions for poses (N, 4, 4): joint vectors (N, branches, dof), and which hold (N, branches).
 
-    All is computed in the number type of the poses.
+    All is computed in the number type of the poses; `given` (N,) is what the inverse is given besides.
     """
     program, known, kind = arm.program, dict[str, Floats](), poses.dtype
-    entries = poses[:, :3].reshape(len(poses), 12).T
+    entries = [*poses[:, :3].reshape(len(poses), 12).T, *([] if given is None else [given])]
 
     def value(operand: Operand) -> Floats:
         match operand:
@@ -188,7 +210,7 @@ def errors(arm: Arm, solutions: Floats, poses: Floats) -> Floats:
 def distances(arm: Arm, solutions: Floats, q: Floats) -> Floats:
     """How far each solution (N, branches) is from a joint vector, but for whole turns."""
     apart = np.abs(solutions - q[:, None])
-    for joint, variable in zip(arm.family.axes.joints, arm.robot.variables, strict=True):
+    for joint, variable in zip(arm.family.joints, arm.robot.variables, strict=True):
         if variable.type is not JointType.PRISMATIC:
             turn = 2 * np.pi / abs(float(joint.rate))
             place = joint.number - 1

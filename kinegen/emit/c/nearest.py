@@ -48,6 +48,7 @@ class Nearest:
         dof: Macro of the number of joints.
         branches: Macro of the number of solutions.
         params_type: Type of the runtime parameters; empty where there are none.
+        redundancy: What is given besides the target; empty where nothing is.
         joints: The joints.
         last: Index of the last one.
         rounding: What is added and subtracted to round to a whole number.
@@ -65,6 +66,7 @@ class Nearest:
     dof: str
     branches: str
     params_type: str
+    redundancy: str
     joints: tuple[NearestJoint, ...]
     last: int
     rounding: str
@@ -83,6 +85,7 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
     name, params = function(robot.name, NAME, real), params_type(robot.name, real) if robot.runtime_parameters else ""
     arguments = [
         f"const {real} base_T_tool[16]",
+        *[f"const {real} redundancy[1]"] * bool(branches.redundancy),
         f"const {real} q0[{dof}]",
         *[f"const {params} *params"] * bool(params),
     ]
@@ -96,6 +99,7 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
         dof=dof,
         branches=macro(robot.name, "BRANCHES"),
         params_type=params,
+        redundancy=branches.redundancy,
         joints=tuple(_joint(index, each, real) for index, each in enumerate(turnings(robot, branches, real))),
         last=robot.dof - 1,
         rounding=real.literal(_ROUNDING[real]),

@@ -105,6 +105,7 @@ class InverseCheck:
     branches: str
     poses: tuple[str, ...]
     joints: tuple[str, ...]
+    given: tuple[str, ...]
     turns: str
     extents: str
     call: str
@@ -219,6 +220,7 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
     stem, name = prefix(robot.name, real), function(robot.name, Kind.INVERSE, real)
     choice = function(robot.name, NEAREST, real)
     extents = [Fraction(reach(robot) if math.isinf(turn) else 1) for turn in branches.turns]
+    given_values = ["pose", *["redundancy"] * bool(branches.redundancy)]
     return InverseCheck(
         function=name,
         count_macro=macro(stem, "TARGETS"),
@@ -229,11 +231,12 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         branches=macro(robot.name, "BRANCHES"),
         poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
+        given=tuple(real.literal(value) for value in vectors.given),
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
-        call=f"{name}({', '.join(['pose', *_parameters(kernels, real), 'solutions', 'valid'])})",
+        call=f"{name}({', '.join([*given_values, *_parameters(kernels, real), 'solutions', 'valid'])})",
         choice=choice,
-        choice_call=f"{choice}({', '.join(['pose', 'wanted', *_parameters(kernels, real), 'chosen'])})",
+        choice_call=f"{choice}({', '.join([*given_values, 'wanted', *_parameters(kernels, real), 'chosen'])})",
         too_far=real.literal(LARGEST[real]),
     )
 

@@ -200,8 +200,8 @@ def _arguments(arrays: Sequence[Array], words: Callable[[Array], str]) -> tuple[
     found: list[Argument] = []
     before = 0
     for array in arrays:
-        number, shape = "bool" if array.is_truth else "Real", ", ".join(map(str, array.shape))
-        kind = f"std::array<{number}, {shape}>" if len(array.shape) == 1 else f"Tensor<{number}, {shape}>"
+        number, shape = "bool" if array.is_truth else "Real", ", ".join(map(str, array.shape or (1,)))
+        kind = f"std::array<{number}, {shape}>" if len(array.shape) < 2 else f"Tensor<{number}, {shape}>"
         found.append(Argument(array.name, kind, number, array.blocks * array.stored, words(array), before))
         before += found[-1].size
     return tuple(found)

@@ -27,6 +27,7 @@ class Nearest:
         rounding: What is added and subtracted to round to a whole number.
         largest: The largest number.
         far: From where on a joint value is near to nothing, in words.
+        redundancy: What is given besides the target; empty where nothing is.
     """
 
     joints: tuple[tuple[str, str, str, str, str], ...]
@@ -34,6 +35,7 @@ class Nearest:
     rounding: str
     largest: str
     far: str
+    redundancy: str
 
 
 def nearest_of(kernels: Kernels) -> Nearest | None:
@@ -64,4 +66,5 @@ def nearest_of(kernels: Kernels) -> Nearest | None:
         rounding=number(*_ROUNDING),
         largest=number(LARGEST[Real.DOUBLE], LARGEST[Real.FLOAT]),
         far=" or ".join(far_words),
+        redundancy=branches.redundancy,
     )

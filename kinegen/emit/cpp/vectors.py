@@ -53,10 +53,11 @@ class Tested:
 
 @dataclass(frozen=True, slots=True)
 class Targets:
-    """The test of the inverse: targets, the joint vectors they come from, whole turns, sizes, the tolerance."""
+    """The test of the inverse: targets, joint vectors they come from, redundancies, turns, sizes, the tolerance."""
 
     poses: tuple[str, ...]
     joints: tuple[str, ...]
+    given: tuple[str, ...]
     turns: str
     extents: str
     tolerance: str
@@ -147,6 +148,7 @@ def _targets(kernels: Kernels, vectors: Vectors, real: Real) -> Targets | None:
     return Targets(
         poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
+        given=tuple(real.literal(value) for value in vectors.given),
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
         tolerance=real.literal(INVERSE_TOLERANCES[real]),

@@ -26,6 +26,10 @@ FLAGS = (
     " -Wl,--stack-first"
 )
 
+_NO_SLP = "-fno-slp-vectorize"
+"""For inverses with a redundancy: clang 14 looks for vectors among the statements of the arm angle without an end. The
+loop over a tile becomes vectors all the same."""
+
 MOST_RESULTS = 1000
 """The most numbers of one configuration. clang compares every store of a loop with every other one, so the Hessian of a
 hand, 8,670 numbers, takes it five minutes; with this many it is seconds."""
@@ -85,7 +89,8 @@ def compile_command(kernels: Kernels) -> str:
     exported = [function(robot, program.quantity.function, batch=True) for program in batched(kernels)]
     exports = " ".join(f"-Wl,--export={name}" for name in ("__heap_base", *exported))
     stack = f"-Wl,-z,stack-size={_stack(batched(kernels))}"
-    return f"clang {FLAGS} {stack} {exports} -o {robot}.wasm {FOLDER}/{c_file(robot, 'c', batch=True)}"
+    flags = f"{FLAGS} {_NO_SLP}" if kernels.robot.redundancy else FLAGS
+    return f"clang {flags} {stack} {exports} -o {robot}.wasm {FOLDER}/{c_file(robot, 'c', batch=True)}"
 
 
 def _stack(programs: tuple[Program, ...]) -> int:

@@ -14,7 +14,7 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.naming import default_params, function, macro
-from kinegen.outputs import USUAL, Array, Kind, Quantity
+from kinegen.outputs import REDUNDANCY, USUAL, Array, Kind, Quantity
 from kinegen.robot.extent import joint_box
 from kinegen.robot.model import JointType, Robot
 
@@ -150,6 +150,8 @@ def _input(kernels: Kernels, vectors: Vectors, program: Program, array: Array, r
     """Values away from zero, so that results show something; poses are such that arms reach them."""
     if array.name == "q":
         lines = tuple(_joints(kernels.robot, joint_vector(kernels.robot), real))
+    elif array == REDUNDANCY:
+        lines = (_line(vectors.given[:1], real, last=True),)
     elif program.quantity.kind is Kind.INVERSE:
         lines = tuple(_matrix(vectors.targets[0][0], real))
     else:

@@ -215,7 +215,7 @@ def _tuple(shape: tuple[int, ...]) -> str:
 
 
 def _batch_shape(array: Array) -> str:
-    return f"(..., {', '.join(map(str, array.shape))})"
+    return f"({', '.join(['...', *map(str, array.shape)])})"
 
 
 def _limits(robot: Robot, real: Real) -> tuple[str, ...]:

@@ -219,7 +219,9 @@ def _nearest(kernels: Kernels, real: Real) -> Nearest | None:
 
 def _choice_signature(kernels: Kernels, real: Real) -> tuple[str, ...]:
     number = NUMBER[real]
-    arguments = [f"base_T_tool: &[[{number}; 4]; 4]", f"q0: &[{number}; DOF]"]
+    arguments = [f"base_T_tool: &[[{number}; 4]; 4]"]
+    arguments += [f"redundancy: &[{number}; 1]"] * bool(kernels.robot.redundancy)
+    arguments += [f"q0: &[{number}; DOF]"]
     arguments += ["params: &Params"] * bool(kernels.robot.runtime_parameters)
     return signature_lines(NEAREST, arguments, f"Option<[{number}; DOF]>")
 

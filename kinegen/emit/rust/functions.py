@@ -151,7 +151,7 @@ def escaped(text: str) -> str:
 def type_of(array: Array, number: str, robot: Robot) -> str:
     """The type of an array of one configuration."""
     kind = "bool" if array.is_truth else number
-    for size in reversed(array.shape):
+    for size in reversed(array.shape or (1,)):
         kind = f"[{kind}; {size}]"
     is_joints = array.shape == (robot.dof,) and array.name in ("q", "qd", "qdd", "joints")
     return f"[{number}; DOF]" if is_joints else kind
@@ -191,7 +191,7 @@ def _declared(array: Array) -> str:
 
 def entry(array: Array, flat: int) -> str:
     """A number of an array by its place in memory."""
-    return array.name + "".join(f"[{index}]" for index in np.unravel_index(flat, array.shape))
+    return array.name + "".join(f"[{index}]" for index in np.unravel_index(flat, array.shape or (1,)))
 
 
 def _body(robot: Robot, program: Program, real: Real) -> tuple[str, ...]:

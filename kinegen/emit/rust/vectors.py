@@ -58,6 +58,7 @@ class Targets:
 
     poses: tuple[str, ...]
     joints: tuple[str, ...]
+    given: tuple[str, ...]
     turns: str
     extents: str
     tolerance: str
@@ -158,6 +159,7 @@ def _targets(kernels: Kernels, vectors: Vectors, real: Real) -> Targets:
     return Targets(
         poses=tuple(nested([literal(real, each) for each in pose], (4, 4)) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
+        given=tuple(literal(real, value) for value in vectors.given),
         turns=_row(turns, real) if branches else "",
         extents=_row([Fraction(reach(robot) if math.isinf(turn) else 1) for turn in whole], real),
         tolerance=literal(real, INVERSE_TOLERANCES[real]),

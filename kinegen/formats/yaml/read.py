@@ -33,6 +33,20 @@ class RawRobot:
     tool: RawFrame
     frames: tuple[RawFrame, ...]
     actuators: RawActuators
+    redundancy: RawRedundancy | None
+
+
+@dataclass(frozen=True, slots=True)
+class RawRedundancy:
+    """What the inverse is given besides the pose, as written.
+
+    Attributes:
+        name: A joint, or the arm angle.
+        line: Line of the file.
+    """
+
+    name: str
+    line: int
 
 
 def read_robot(root: Mapping) -> RawRobot:
@@ -70,7 +84,15 @@ def read_robot(root: Mapping) -> RawRobot:
         tool=read_fixed(fields.get("tool"), TOOL),
         frames=read_frames(fields.get("frames"), rows, tree=tree),
         actuators=read_actuators(fields.get("actuators")),
+        redundancy=_redundancy(fields.get("redundancy")),
     )
+
+
+def _redundancy(node: Node | None) -> RawRedundancy | None:
+    if node is None:
+        return None
+    with within("redundancy", node.line):
+        return RawRedundancy(word(node, "the name of a joint, or arm_angle"), node.line)
 
 
 def _name(node: Node) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from kinegen.formats.messages import within
+from kinegen.errors import RobotFileError
+from kinegen.formats.messages import fail, within
 from kinegen.formats.yaml.actuators.names import formula_slots, with_names
 from kinegen.formats.yaml.actuators.resolve import resolve_actuators
 from kinegen.formats.yaml.convert import Converter
@@ -12,6 +13,7 @@ from kinegen.formats.yaml.parameters import close_parameters
 from kinegen.formats.yaml.read import RawRobot
 from kinegen.formats.yaml.slots import all_slots
 from kinegen.robot.model import Robot
+from kinegen.robot.redundancy import check_redundancy
 from kinegen.robot.values import checked_value
 
 
@@ -41,7 +43,7 @@ def resolve(raw: RawRobot, source: str) -> Robot:
     parameters = close_parameters(raw.parameters, dimensions, degrees=degrees)
     values = {parameter.name: checked_value(parameter.value, {}) for parameter in parameters}
     converter = Converter(types, {parameter.name: parameter for parameter in parameters}, values, degrees)
-    return Robot(
+    robot = Robot(
         name=raw.name,
         description=raw.description,
         convention=raw.convention,
@@ -56,4 +58,11 @@ def resolve(raw: RawRobot, source: str) -> Robot:
         digest="",
         actuators=resolve_actuators(actuators, converter),
         version=raw.version,
+        redundancy=raw.redundancy.name if raw.redundancy else "",
     )
+    if raw.redundancy:
+        try:
+            check_redundancy(robot, raw.redundancy.name)
+        except RobotFileError as error:
+            fail(error.message, raw.redundancy.line)
+    return robot

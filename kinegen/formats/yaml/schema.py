@@ -58,6 +58,7 @@ def _top_values() -> Mapping[str, Schema]:
         "tool": _ref("transform"),
         "frames": _named("frame", keys.MAX_FRAMES),
         "actuators": _actuators(),
+        "redundancy": _ref("name"),
     }
 
 

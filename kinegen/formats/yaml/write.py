@@ -196,6 +196,7 @@ def _text(robot: Robot, writer: Entries) -> str:
     lines += ["kinegen: 1", f"name: {robot.name}"]
     lines += [f"description: {json.dumps(robot.description, ensure_ascii=False)}"] if robot.description else []
     lines += [f'version: "{robot.version}"'] if robot.version else []
+    lines += [f"redundancy: {robot.redundancy}"] if robot.redundancy else []
     lines += [f"convention: {convention}", f"units: {{length: {robot.units.length}, angle: {writer.angle}}}"]
     if writer.robot.parameters:
         lines += ["parameters:", *(_parameter(each, writer) for each in writer.robot.parameters)]

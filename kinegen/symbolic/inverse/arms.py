@@ -11,13 +11,13 @@ from kinegen.symbolic.inverse.exact import combined, cross, dot, is_null, minus,
 from kinegen.symbolic.inverse.family import (
     Aim,
     Arm,
-    Build,
     ColumnArm,
     ElbowArm,
     Family,
     FlatArm,
     GantryArm,
     GimbalArm,
+    PlainBuild,
     PointArm,
     StrokeArm,
     TripleArm,
@@ -164,7 +164,7 @@ def _listed(*numbers: int) -> str:
     return ", ".join(str(number) for number in sorted(numbers))
 
 
-def _family(name: str, build: Build, axes: Axes, aim: Aim) -> Family:
+def _family(name: str, build: PlainBuild, axes: Axes, aim: Aim) -> Family:
     """A family with what people call its solutions."""
     described = branch_names(build, axes), meanings_of(build, axes), conditions_of(build, axes)
     return Family(name, build, axes, aim, *described)

@@ -17,6 +17,7 @@ from kinegen.symbolic.inverse.family import (
     FlatArm,
     GimbalArm,
     PointArm,
+    SphericalArm,
     StrokeArm,
     TripleArm,
     WristArm,
@@ -72,6 +73,12 @@ def _described(family: Family) -> Iterator[tuple[str, sp.Expr]]:
             )
             if len(turns) == 3:
                 yield f"from axis {turns[2].number} to the tool, across", _across(family, end, turns[2].direction)
+        case SphericalArm(shoulder, _, wrist, _, upper, lower):
+            yield "from the shoulder's centre to axis 4", _length(upper)
+            yield "from axis 4 to the wrist's centre", _length(lower)
+            yield "from the wrist's centre to the tool", _distance(family, wrist.centre)
+            yield f"angle of axes {numbers[1]} and {numbers[3]} in the zero pose", shoulder.skew
+            yield f"angle of axes {numbers[5]} and {numbers[7]} in the zero pose", wrist.skew
         case TripleArm(waist, _, upper, lower, hand, depth, end):
             _, _, second, third, fourth, fifth, *_ = numbers
             yield from _of_waist(waist, numbers)

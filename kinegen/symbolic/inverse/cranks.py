@@ -148,7 +148,7 @@ def bend_to(steps: Steps, point: Planar, upper: Planar, lower: Planar, start: sp
         bent = Angle(sign * elbow.value, *sorted((sign * elbow.low, sign * elbow.high)))
         angle = steps.argument(point) - sided - fixed(first_angle)
         bends.append(Bend(angle, bent - fixed(second_angle) + fixed(first_angle), steps.times(point, turned), valid))
-    if _may_fold(first, second):
+    if may_fold(first, second):
         lengths, angles = (first, second), (first_angle, second_angle)
         bends = [_folded(steps, each, square, lengths, angles, start) for each in bends]
     if not (first.is_number and second.is_number) and _is_negative(steps, first) != _is_negative(steps, second):
@@ -201,7 +201,7 @@ def _folded(steps: Steps, bend: Bend, square: sp.Expr, lengths: Planar, angles: 
     return Bend(first, bend.second, direction, bend.valid)
 
 
-def _may_fold(first: sp.Expr, second: sp.Expr) -> bool:
+def may_fold(first: sp.Expr, second: sp.Expr) -> bool:
     """Whether two lengths may be equal."""
     if first.is_number and second.is_number:
         return bool(abs(abs(first) - abs(second)) < abs(first) / 10**6)

@@ -9,16 +9,18 @@ from functools import lru_cache
 import sympy as sp
 
 from kinegen.errors import KinegenError
-from kinegen.outputs import Allowance, Array, Branches, Quantity
+from kinegen.outputs import REDUNDANCY, Allowance, Array, Branches, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.expressions import Expressions, Tape, number_of
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.symbolic.inverse.redundancy import given, moved_back
 from kinegen.symbolic.inverse.solutions import joint_values
-from kinegen.symbolic.inverse.solve import Target, reads_attitude, solve
-from kinegen.symbolic.inverse.steps import Steps
+from kinegen.symbolic.inverse.solve import reads_attitude, solve
+from kinegen.symbolic.inverse.steps import ZERO, Steps
+from kinegen.symbolic.inverse.target import Target
 from kinegen.symbolic.inverse.thresholds import RIGID, thresholds_of
 from kinegen.symbolic.signatures import parameter_symbols, signature
 from kinegen.symbolic.transforms import symbols
@@ -49,16 +51,18 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     position = (sp.Dummy("px", real=True), sp.Dummy("py", real=True), sp.Dummy("pz", real=True))
     tape = Tape()
     steps = Steps(tape, family.axes.value, thresholds_of(family, reach(robot)))
-    target = Target((rotation[0], rotation[1], rotation[2]), position)
-    if family.is_reversed:
-        target = target.inverse(steps)
-    found = [joint_values(steps, solution) for solution in solve(steps, family, target)]
+    extra = (sp.Dummy("redundancy", real=True),) if family.redundancy else ()
+    value = extra[0] if extra else ZERO
+    target = moved_back(steps, family, Target((rotation[0], rotation[1], rotation[2]), position), value)
+    held = given(steps, family, value)
+    found = [joint_values(steps, solution, held) for solution in solve(steps, family, target, value)]
     branches = len(family.branches)
     solutions = Array("solutions", (branches, robot.dof), per_branch=True)
+    inputs = (POSE, *[REDUNDANCY] * bool(extra))
     results = (solutions, Array("valid", (branches,), is_truth=True))
     return Expressions(
-        signature=replace(signature(robot, quantity, (POSE,), *results), branches=branches_of(robot, family)),
-        variables=tuple(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)),
+        signature=replace(signature(robot, quantity, inputs, *results), branches=branches_of(robot, family)),
+        variables=(*(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)), *extra),
         parameters=parameter_symbols(robot, symbols(robot, keep_parameters=False)),
         definitions=tuple(tape.definitions),
         entries=(*(value for values, _ in found for value in values), *(valid for _, valid in found)),
@@ -77,6 +81,7 @@ def branches_of(robot: Robot, family: Family) -> Branches:
         rooms=tuple(_allowance(near.room(joint)) for joint in joints),
         rigid=_allowance(RIGID),
         reads_attitude=reads_attitude(family),
+        redundancy=family.redundancy,
     )
 
 

@@ -199,7 +199,31 @@ class TripleArm:
     wrist: Wrist | None
 
 
-Build = PointArm | WristArm | FlatArm | TripleArm
+@dataclass(frozen=True, slots=True)
+class SphericalArm:
+    """A spherical shoulder, an elbow and a spherical wrist: seven joints, solved with the arm angle.
+
+    Attributes:
+        shoulder: The first three joints.
+        elbow: The fourth; the centres of shoulder and wrist are in one plane square to its axis.
+        wrist: The last three joints.
+        frame: Columns of a frame whose z axis is axis 4.
+        upper: From the shoulder's centre to axis 4, across it, in the axes of the frame.
+        lower: From axis 4 to the wrist's centre, likewise.
+    """
+
+    shoulder: Wrist
+    elbow: JointAxis
+    wrist: Wrist
+    frame: Rotation
+    upper: Planar
+    lower: Planar
+
+
+PlainBuild = PointArm | WristArm | FlatArm | TripleArm
+"""The arms of at most six joints, whose words are in `names`."""
+
+Build = PlainBuild | SphericalArm
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +238,8 @@ class Family:
         branches: Names of the solutions, in order.
         meanings: What the words in these names mean; sentences.
         conditions: What a target must be besides within reach, and what is chosen where there is a choice; sentences.
+        redundancy: What is given besides the target: a joint, which is not in `axes`, or the arm angle; else empty.
+        held: That joint, as in the whole chain from base to tool.
     """
 
     name: str
@@ -223,6 +249,8 @@ class Family:
     branches: tuple[str, ...]
     meanings: tuple[str, ...]
     conditions: tuple[str, ...]
+    redundancy: str = ""
+    held: JointAxis | None = None
 
     @property
     def is_reversed(self) -> bool:
@@ -231,5 +259,6 @@ class Family:
 
     @property
     def joints(self) -> tuple[JointAxis, ...]:
-        """The joints in the order of the joint vector."""
-        return tuple(sorted(self.axes.joints, key=lambda joint: joint.number))
+        """The joints in the order of the joint vector, the one that is given among them."""
+        joints = (*self.axes.joints, self.held) if self.held else self.axes.joints
+        return tuple(sorted(joints, key=lambda joint: joint.number))

@@ -9,12 +9,12 @@ import sympy as sp
 from kinegen.symbolic.inverse.axes import Axes
 from kinegen.symbolic.inverse.family import (
     Arm,
-    Build,
     ColumnArm,
     ElbowArm,
     FlatArm,
     GantryArm,
     GimbalArm,
+    PlainBuild,
     PointArm,
     StrokeArm,
     TripleArm,
@@ -49,7 +49,7 @@ _TOOL = "joints {1} to {6} are seen from the tool here, which holds still while 
 _FLAT_ELBOW = "elbow up: the second axis is to the left of the line from the first one to what the arm carries"
 
 
-def branch_names(build: Build, axes: Axes) -> tuple[str, ...]:
+def branch_names(build: PlainBuild, axes: Axes) -> tuple[str, ...]:
     """The names of the solutions of an arm, in the order of the results.
 
     Args:
@@ -63,7 +63,7 @@ def branch_names(build: Build, axes: Axes) -> tuple[str, ...]:
     return tuple(", ".join(names) or "the only one" for names in product(*choices))
 
 
-def meanings_of(build: Build, axes: Axes) -> tuple[str, ...]:
+def meanings_of(build: PlainBuild, axes: Axes) -> tuple[str, ...]:
     """What the words in the names of an arm's branches mean, a sentence for each choice."""
     if isinstance(build, FlatArm):
         return (_FLAT_ELBOW,)
@@ -78,7 +78,7 @@ def _numbered(axes: Axes) -> tuple[int, ...]:
     return (0, *axes.numbers)
 
 
-def _choices(build: Build) -> tuple[Choice, ...]:
+def _choices(build: PlainBuild) -> tuple[Choice, ...]:
     match build:
         case WristArm(arm):
             return (*_arm_choices(arm), WRIST)
@@ -125,7 +125,7 @@ _PARALLEL = (
 )
 
 
-def conditions_of(build: Build, axes: Axes) -> tuple[str, ...]:
+def conditions_of(build: PlainBuild, axes: Axes) -> tuple[str, ...]:
     """What a target must be besides within reach, and what is chosen where there is a choice.
 
     Args:
@@ -138,7 +138,7 @@ def conditions_of(build: Build, axes: Axes) -> tuple[str, ...]:
     return tuple(each.format(*_numbered(axes)) for each in _conditions(build))
 
 
-def _conditions(build: Build) -> tuple[str, ...]:
+def _conditions(build: PlainBuild) -> tuple[str, ...]:
     match build:
         case PointArm(arm):
             return (_POSITION, *_free_joints(arm))

@@ -5,7 +5,16 @@ from __future__ import annotations
 import sympy as sp
 
 from kinegen.symbolic.inverse.axes import JointAxis
-from kinegen.symbolic.inverse.family import ElbowArm, Family, FlatArm, GimbalArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.family import (
+    ElbowArm,
+    Family,
+    FlatArm,
+    GimbalArm,
+    PointArm,
+    SphericalArm,
+    TripleArm,
+    WristArm,
+)
 from kinegen.symbolic.inverse.geometry import Planar, Wrist
 
 Places = tuple[int, tuple[float, float]]
@@ -21,6 +30,8 @@ def boundaries(family: Family) -> tuple[Places, ...]:
             return (_elbow(family, turns[1], upper, lower),)
         case TripleArm(_, turns, upper, lower):
             return (_elbow(family, turns[1], upper, lower),)
+        case SphericalArm(_, elbow, _, _, upper, lower):
+            return (_elbow(family, elbow, upper, lower),)
         case _:
             return ()
 
@@ -30,6 +41,8 @@ def alignments(family: Family) -> tuple[Places, ...]:
     match family.build:
         case WristArm(_, wrist):
             return (_bend(family, wrist),)
+        case SphericalArm(shoulder, _, wrist):
+            return _bend(family, shoulder), _bend(family, wrist)
         case TripleArm(wrist=Wrist() as wrist):
             return (_bend(family, wrist),)
         case _:

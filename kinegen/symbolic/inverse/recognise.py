@@ -10,10 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinegen.robot.model import Robot
+from kinegen.robot.redundancy import ARM_ANGLE
 from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
 from kinegen.symbolic.inverse.axes import Axes, joint_axes
 from kinegen.symbolic.inverse.conditions import Refusal
 from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.redundancy import with_held, without_joint
+from kinegen.symbolic.inverse.spherical import spherical_arm
 
 Recogniser = Callable[[Axes], Family]
 
@@ -41,6 +44,29 @@ def recognise(robot: Robot) -> Family | Unknown:
     axes = joint_axes(robot)
     if isinstance(axes, tuple):
         return Unknown(axes)
+    if robot.redundancy:
+        return _redundant(axes, robot.redundancy)
+    return _family_of(axes)
+
+
+def _redundant(axes: Axes, redundancy: str) -> Family | Unknown:
+    """The family of seven joints of which one, or the arm angle, is given."""
+    if redundancy == ARM_ANGLE and all(joint.turns and joint.name != ARM_ANGLE for joint in axes.joints):
+        try:
+            return spherical_arm(axes)
+        except Refusal as refusal:
+            return Unknown(tuple(f"not an arm with an arm angle: {reason}" for reason in refusal.reasons))
+    held = next((joint for joint in axes.joints if joint.name == redundancy), None)
+    if held is None:
+        return Unknown((f"no family of closed forms has the redundancy {redundancy}",))
+    if held not in (axes.joints[0], axes.joints[-1]):
+        ends = f"{axes.joints[0].name} or {axes.joints[-1].name}"
+        return Unknown((f"redundancy: {redundancy} is in the middle of the chain, only {ends} can be given",))
+    found = _family_of(without_joint(axes, held))
+    return found if isinstance(found, Unknown) else with_held(found, held)
+
+
+def _family_of(axes: Axes) -> Family | Unknown:
     letters = "".join("R" if joint.turns else "P" for joint in axes.joints)
     tries = [(candidate, axes) for candidate in _candidates(letters)]
     if all(entry.is_number for row in axes.rotation for entry in row):

@@ -27,6 +27,21 @@ class Solution:
     valid: tuple[sp.Expr, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A joint that is not solved for.
+
+    Attributes:
+        number: Its place in the joint vector, from 1.
+        value: Its variable.
+        valid: 1 where that is within its limits, else 0.
+    """
+
+    number: int
+    value: sp.Expr
+    valid: sp.Expr
+
+
 def rest_value(joint: JointAxis) -> sp.Expr:
     """Where a joint stands that may stand anywhere: at 0, or at its limit nearest to 0."""
     if joint.limits is None:
@@ -40,21 +55,22 @@ def rest_angle(joint: JointAxis) -> sp.Expr:
     return joint.rate * rest_value(joint)
 
 
-def joint_values(steps: Steps, solution: Solution) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
+def joint_values(steps: Steps, solution: Solution, given: Given | None = None) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
     """The joint vector of a branch, and whether it holds.
 
     Args:
         steps: The tape.
         solution: The branch.
+        given: A joint that is not among the solutions.
 
     Returns:
         The joint variables in their order, each brought by whole turns into the turn about the middle of its limits, or
         about 0 as far as they leave room for more than one turn, and 1 or 0.
     """
-    valid = ONE
+    valid = given.valid if given else ONE
     for factor in solution.valid:
         valid = _both(steps, valid, factor)
-    values: dict[int, sp.Expr] = {}
+    values: dict[int, sp.Expr] = {given.number: given.value} if given else {}
     for joint, amount in solution.angles:
         value = _wrapped(steps, joint, amount) if isinstance(amount, Angle) else steps.name(amount / joint.rate)
         values[joint.number] = value

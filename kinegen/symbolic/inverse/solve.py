@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import sympy as sp
 
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes
 from kinegen.symbolic.inverse.cranks import Bend, bend_to
-from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed, turned
-from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, TripleArm, WristArm
+from kinegen.symbolic.inverse.exact import Rotation, chained, dot, minus, transposed
+from kinegen.symbolic.inverse.family import Family, FlatArm, PointArm, SphericalArm, TripleArm, WristArm
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 from kinegen.symbolic.inverse.solutions import Solution, rest_angle
 from kinegen.symbolic.inverse.solve_arm import last_frame, ways
+from kinegen.symbolic.inverse.solve_spherical import spherical_solutions
 from kinegen.symbolic.inverse.steps import ONE, ZERO, Angle, Steps, fixed
+from kinegen.symbolic.inverse.target import Target
 from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TARGET
 from kinegen.symbolic.inverse.waists import Turned, arm_size, minus_named, seen_from_waist, turn_waist
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
@@ -23,48 +24,14 @@ from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction
 _LARGEST = sp.Integer(10) ** 15
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The pose that the tool is to have, as symbols.
-
-    Attributes:
-        rotation: By rows.
-        position: Of the tool, in the base frame.
-    """
-
-    rotation: Rotation
-    position: Vector
-
-    def inverse(self, steps: Steps) -> Target:
-        """The pose of the base in the frame of the tool."""
-        back = transposed(self.rotation)
-        x, y, z = (steps.name(-entry) for entry in steps.turned(back, self.position))
-        return Target(back, (x, y, z))
-
-    def point(self, steps: Steps, axes: Axes, point: Vector) -> Vector:
-        """Where a point fixed to the tool has to be, from where it is at q = 0."""
-        offset = turned(transposed(axes.rotation), minus(point, axes.position))
-        x, y, z = (
-            steps.name(place + sp.Add(*(a * b for a, b in zip(row, offset, strict=True))))
-            for place, row in zip(self.position, self.rotation, strict=True)
-        )
-        return x, y, z
-
-    def columns(self, steps: Steps, axes: Axes, frame: Rotation) -> Columns:
-        """Where the columns of a frame fixed to the tool have to point, from where they point at q = 0."""
-        first, second, third = (
-            steps.turned(self.rotation, turned(transposed(axes.rotation), column)) for column in frame
-        )
-        return first, second, third
-
-
-def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
+def solve(steps: Steps, family: Family, target: Target, given: sp.Expr = ZERO) -> Iterator[Solution]:
     """Solve for all branches, in the order of `family.branches`.
 
     Args:
         steps: The tape.
         family: The arm.
         target: The pose of the tool.
+        given: The arm angle, if there is one.
 
     Yields:
         The solutions, before the limits of the joints are seen to.
@@ -80,6 +47,8 @@ def solve(steps: Steps, family: Family, target: Target) -> Iterator[Solution]:
             yield from _flat_solutions(steps, axes, family.build, target, sane)
         case TripleArm(roll=None):
             yield from _triple_solutions(steps, axes, family.build, target, sane)
+        case SphericalArm():
+            yield from spherical_solutions(steps, axes, family.build, target, given, sane)
         case TripleArm():
             yield from _roll_solutions(steps, axes, family.build, target, sane)
 

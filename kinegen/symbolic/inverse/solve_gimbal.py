@@ -43,25 +43,32 @@ def gimbal_ways(steps: Steps, arm: GimbalArm, point: Vector, vectors: Vectors) -
     elbow = chained(waist.second, transposed(arm.frame))
     found = []
     for bend in bend_to(steps, (distance, ZERO), arm.upper, arm.lower, ZERO):
-        back, bent = _bent(steps, arm, bend, distance)
+        back, turned = bent(steps, arm.upper, arm.lower, bend, distance)
         carried = steps.turned(elbow, (*steps.times((distance, ZERO), back), arm.depth))
         across = steps.square(carried[:2])
         sides = turn_waist(steps, waist, seen, carried[2], near, vectors, rest, across=across)
-        found.append([_way(steps, arm, side, carried, (bend, bent), within) for side in sides])
+        found.append([_way(steps, arm, side, carried, (bend, turned), within) for side in sides])
     for both in zip(*found, strict=True):
         yield from both
 
 
-def _bent(steps: Steps, arm: GimbalArm, bend: Bend, distance: sp.Expr) -> tuple[Planar, Planar]:
-    """Joint 3 of one way as complex numbers of length 1.
+def bent(steps: Steps, upper: Planar, lower: Planar, bend: Bend, distance: sp.Expr) -> tuple[Planar, Planar]:
+    """The elbow of one way as complex numbers of length 1.
+
+    Args:
+        steps: The tape.
+        upper: The first link.
+        lower: The second one.
+        bend: How they are bent so that their tip meets the point `(distance, 0)`.
+        distance: That distance.
 
     Returns:
-        The turn that brings `(distance, 0)` to `upper + bent * lower`, and `bent`, how far joint 3 is turned.
+        The turn that brings `(distance, 0)` to `upper + bent * lower`, and how far the elbow is turned.
     """
-    inverse = steps.name(1 / tidy(arm.upper[0] ** 2 + arm.upper[1] ** 2))
-    real, imaginary = steps.times(bend.direction, arm.lower)
+    inverse = steps.name(1 / tidy(upper[0] ** 2 + upper[1] ** 2))
+    real, imaginary = steps.times(bend.direction, lower)
     apart = (steps.name((distance - real) * inverse), steps.name(imaginary * inverse))
-    back = steps.times(arm.upper, apart)
+    back = steps.times(upper, apart)
     return back, steps.times(back, bend.direction)
 
 
@@ -69,7 +76,7 @@ def _way(
     steps: Steps, arm: GimbalArm, side: Turned, carried: Vector, elbow: tuple[Bend, Planar], within: sp.Expr
 ) -> Way:
     """One way, from how the waist is turned and what joint 3 makes of the point, as seen from axis 2."""
-    bend, bent = elbow
+    bend, turned_by = elbow
     near = ALIGNED * arm_size(arm.depth, *arm.upper, *arm.lower)
     across, square = carried[:2], steps.square(carried[:2])
     # A point on axis 2 leaves joint 2 free.
@@ -85,4 +92,4 @@ def _way(
     amounts = ((arm.waist.joint, side.swing.angle), (arm.shoulder, shoulder), (arm.elbow, bend.second))
     between: Rotation = chained(arm.frame, transposed(arm.waist.second))
     left = (steps.turned(between, vector) for vector in turned_back(steps, direction, side.left))
-    return Way(amounts, (within, side.swing.valid, bend.valid), turned_back(steps, bent, tuple(left)))
+    return Way(amounts, (within, side.swing.valid, bend.valid), turned_back(steps, turned_by, tuple(left)))

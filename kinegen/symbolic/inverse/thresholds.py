@@ -26,6 +26,7 @@ from kinegen.symbolic.inverse.family import (
     FlatArm,
     GimbalArm,
     PointArm,
+    SphericalArm,
     TripleArm,
     WristArm,
 )
@@ -123,7 +124,7 @@ def links_of(build: Build) -> tuple[Planar, Planar] | None:
     match build:
         case PointArm(ElbowArm() | GimbalArm() as arm) | WristArm(ElbowArm() | GimbalArm() as arm):
             return arm.upper, arm.lower
-        case FlatArm() | TripleArm():
+        case FlatArm() | TripleArm() | SphericalArm():
             return build.upper, build.lower
         case _:
             return None
