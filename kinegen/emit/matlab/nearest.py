@@ -59,12 +59,14 @@ class Choice:
         branches: Number of branches.
         types: The choice in each number type.
         turned: Whether any joint turns.
+        redundancy: What is given besides the target; empty where nothing is.
     """
 
     lines: tuple[str, ...]
     branches: int
     types: tuple[Choosing, ...]
     turned: bool
+    redundancy: str
 
 
 def choice_of(kernels: Kernels) -> Choice | None:
@@ -80,6 +82,7 @@ def choice_of(kernels: Kernels) -> Choice | None:
         branches=len(branches.names),
         types=types,
         turned=any(joint.turns for joint in types[0].joints),
+        redundancy=branches.redundancy,
     )
 
 

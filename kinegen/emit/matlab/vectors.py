@@ -53,9 +53,10 @@ class Tested:
 
 @dataclass(frozen=True, slots=True)
 class Targets:
-    """The test of the inverse: targets, the joint vectors they come from, and what is accepted of each joint."""
+    """The test of the inverse: targets, redundancies, the joint vectors they come from, what is accepted of each."""
 
     poses: tuple[str, ...]
+    given: str
     joints: tuple[str, ...]
     double: str
     single: str
@@ -136,6 +137,7 @@ def _targets(kernels: Kernels, vectors: Vectors) -> Targets:
     pose = Array("base_T_tool", (4, 4), is_pose=True)
     return Targets(
         poses=tuple(_row(in_columns(pose, row)) for row, _ in vectors.targets),
+        given=_row(vectors.given),
         joints=tuple(_row(joints) for _, joints in vectors.targets),
         double=double,
         single=single,
