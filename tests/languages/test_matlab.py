@@ -247,6 +247,9 @@ def test_help_names_shapes_and_every_file_has_it() -> None:
 
     assert "%     q            6 x N      joint vector\n" in text
     assert "%     J            6 x 6 x N\n" in text or re.search(r"%     \w+ +6 x 6 x N\n", text)
+    assert "Angles are in rad, lengths in m; help puma560 describes frames and joints." in " ".join(
+        text.replace("%", " ").split()
+    )
     assert "q(1)  waist" in files("puma560")["+puma560/Contents.m"]
     assert "  1  shoulder left, elbow up, wrist no-flip" in files("puma560")["+puma560/inverse.m"]
 

@@ -221,7 +221,8 @@ def _help(kernels: Kernels, program: Program) -> Iterator[str]:
         yield ""
     yield from textwrap.wrap(
         "N is the number of configurations, one in each column. Results are single where an input is single, else "
-        f"double. Costs {operation_line(program)} for each configuration.",
+        f"double. Angles are in rad, lengths in {robot.units.length}; help {robot.name} describes frames and joints. "
+        f"Costs {operation_line(program)} for each configuration.",
         WIDTH,
         break_on_hyphens=False,
     )
