@@ -23,16 +23,7 @@ CASES = (
         MISSES,
     ),
     _complete("the reach is forgotten", SOURCE, r"base_T_tool\[i\] / reach", "base_T_tool[i]", MISSES),
-    _complete(
-        "reflections are taken",
-        SOURCE,
-        r"off\[3 \+ i\] = z\[i\] - off\[3 \+ i\];",
-        "off[3 + i] = 0;",
-        "has solutions for|" + MISSES,
-    ),
     _complete("limits are passed", SOURCE, r"found\.q\[s\]\[j\] <= high", "found.q[s][j] <= high + 1", "break limits"),
-    _complete("solutions come twice", SOURCE, r"\? same : 0;", "? 0 : 0;", "a solution twice"),
-    _complete("Newton steps stop early", SOURCE, r"round < STEPS; round\+\+", "round < 1; round++", MISSES),
     _complete(
         "NumPy loses the last root", NUMPY, r"\(roots\.imag >= 0\)", "(roots.imag >= 0) & (np.arange(16) < 8)", MISSES
     ),
