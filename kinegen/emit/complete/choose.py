@@ -66,7 +66,7 @@ def complete_of(robot: Robot) -> Complete:
             if len(found) == USED:
                 break
     if not found:
-        raise refused(robot, "its solutions share the angles that they would be told apart by; take inverse")
+        raise refused(robot, "its solutions share the angles that would separate them; take inverse")
     return Complete(screws.scale, (*found, found[0])[:USED])
 
 

@@ -23,7 +23,7 @@ ASIDES = (0.0, 0.0, 1e-3, -1e-3)
 LEAST_PIVOT = 1e-14
 """A matrix with a smaller pivot counts as singular."""
 
-SMALL_PIVOT = 1e-6
+SMALL_PIVOT = 1e-9
 """With a smaller pivot, the roots may have lost so many digits that another elimination is made."""
 
 ROOM = 1e-9

@@ -195,7 +195,9 @@ class Solver:
             done = (error < 1e-30) | (((error < near) | (before < near)) & ~(error < before / 16)) | np.isnan(error)
             open_, e, jacobian, error = open_[~done], e[~done], jacobian[~done], error[~done]
             normal = jacobian.swapaxes(1, 2) @ jacobian + (0.01 * error + 1e-16)[:, None, None] * np.eye(6)
-            step = np.linalg.solve(normal, jacobian.swapaxes(1, 2) @ e[:, :, None])[:, :, 0]
+            # Where two solutions meet, the matrix may be singular.
+            inverses = np.linalg.pinv(normal, 1e-15, hermitian=True)
+            step = (inverses @ (jacobian.swapaxes(1, 2) @ e[:, :, None]))[:, :, 0]
             q[open_] += step * (_LONGEST / np.maximum(np.abs(step).max(axis=1, initial=0), _LONGEST))[:, None]
         return best, least < near
 
