@@ -16,10 +16,10 @@ ROBOTS := $(sort $(wildcard robots/*.yaml))
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-imports test-languages test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-imports test-languages test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
 
 help: ## lists these commands
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 # For people who try it ------------------------------------------------------------------------------------------------
 
@@ -47,6 +47,10 @@ test-browser: $(VENV)/.dev ## tries the pages of `kinegen view` in Chromium; as 
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,browser]'
 	@$(BIN)/python scripts/install_browser.py build/browser
 	$(BIN)/python -m pytest tests/browser -m browser $(PYTEST_OPTIONS)
+
+test-controllers: $(VENV)/.dev ## moves arms in LinuxCNC, and tries the packages for other controllers; as root, installs that
+	@$(BIN)/python scripts/install_controllers.py
+	$(BIN)/python -m pytest tests/controllers -m controllers $(PYTEST_OPTIONS)
 
 test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares them with Pinocchio and MuJoCo
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,judges]'

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from kinegen.boards.figures import Cost
+from kinegen.emit.controllers.controller import Controller
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.emit.reals import Real
 from kinegen.ir.program import AngleSum, Count
@@ -30,8 +31,8 @@ class BuildOptions:
         only_integers: Whether a firmware package holds these alone; `reals` are then proven all the same.
         compile: Whether to build the compiled extension.
         flags: How to compile it.
-        package: What kind of project the output is for, which then gets a firmware package of the same kernels in place
-            of the Python package.
+        package: What kind of project or machine controller the output is for, which then gets a package of the same
+            kernels in place of the Python package.
         languages: Names of the languages beside C and Python, as in `kinegen.emit.languages.LANGUAGES`.
         force: Whether to replace files in the way that kinegen did not write.
     """
@@ -44,7 +45,7 @@ class BuildOptions:
     only_integers: bool = False
     compile: bool = True
     flags: Flags = field(default_factory=Flags)
-    package: Ecosystem | None = None
+    package: Ecosystem | Controller | None = None
     languages: tuple[str, ...] = ()
     force: bool = False
 

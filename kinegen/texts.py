@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from kinegen.emit.c.expected import Vectors
+from kinegen.emit.controllers.controller import Controller
+from kinegen.emit.controllers.project import emit_controller
 from kinegen.emit.files import Emitted, emit_files, emit_integers
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.fixed.vectors import FixedVectors
@@ -121,6 +123,8 @@ def texts_of(bundle: Bundle, options: BuildOptions) -> Texts:
     )
     if options.package is None:
         return texts
+    if isinstance(options.package, Controller):
+        return replace(texts, project=emit_controller(kernels, texts.vendored(options), options.package))
     files, reals = texts.vendored(options), () if options.only_integers else options.reals
     fixed = None if bundle.integers is None else fixed_kernels(kernels)
     return replace(texts, project=emit_project(kernels, vectors, files, reals, options.package, fixed))

@@ -46,7 +46,8 @@ def build(
         real: Number types: `double`, `float`, `both`, `q30`, `float,q30` or `all`; by default `both`, and for packages
             what is usual there.
         wrt: Parameters and entries of the table that become arguments, and by which `parameter_jacobian` is taken.
-        package: `cmake`, `platformio`, `arduino` or `esp-idf`, for C files in a project of that kind.
+        package: `cmake`, `platformio`, `arduino` or `esp-idf`, for C files in a project of that kind; or `linuxcnc`,
+            `ros2_control`, `grblhal` or `klipper`, for an arm in that controller.
         languages: Languages in addition to C and Python, each in its own folder.
         compile: Whether to compile; otherwise the module computes with NumPy.
         march: Processor to compile for, as the compiler names it; this machine's by default.

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinegen.api.words import Words, words_of
+from kinegen.emit.controllers.controller import NEEDED, Controller
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, quote
 from kinegen.outputs import Kind, Quantity, parse_quantity
@@ -77,23 +78,47 @@ def build_options(
     known = REALS | INTEGERS
     if real is not None and real not in known:
         raise KinegenError(f"unknown number type {quote(str(real))} (expected {', '.join(known)})")
-    if package is not None and package not in [each.value for each in Ecosystem]:
-        raise KinegenError(f"unknown package {quote(str(package))} (expected {', '.join(Ecosystem)})")
+    chosen = _package_of(package)
     if march and portable:
         raise KinegenError("march and portable exclude each other")
     if package and words_of(languages):
         raise KinegenError("package writes C alone; build with languages into another folder")
-    ecosystem = Ecosystem(package) if package else None
+    if isinstance(chosen, Controller):
+        real = _controller_real(chosen, real)
     return BuildOptions(
-        output=Path(output or (ecosystem.folder if ecosystem else "generated")),
-        reals=tuple(map(Real, known[real])) if real else ecosystem.reals if ecosystem else tuple(Real),
-        quantities=quantities_of(outputs),
+        output=Path(output or (chosen.folder if chosen else "generated")),
+        reals=tuple(map(Real, known[real])) if real else chosen.reals if chosen else tuple(Real),
+        quantities=quantities_of(map(str, NEEDED) if isinstance(chosen, Controller) else outputs),
         wrt=words_of(wrt),
         integers=real in INTEGERS,
         only_integers=bool(package) and real == "q30",
-        package=ecosystem,
+        package=chosen,
         languages=languages_of(languages),
         force=force,
         compile=compile,
         flags=Flags(march or "native", portable=portable, contraction=not reproducible),
     )
+
+
+def _package_of(package: str | None) -> Ecosystem | Controller | None:
+    """What a package is for.
+
+    Raises:
+        KinegenError: If nothing is called so.
+    """
+    known: dict[str, Ecosystem | Controller] = {each.value: each for each in (*Ecosystem, *Controller)}
+    if package is not None and package not in known:
+        raise KinegenError(f"unknown package {quote(str(package))} (expected {', '.join(known)})")
+    return known[package] if package else None
+
+
+def _controller_real(controller: Controller, real: str | None) -> str:
+    """The number type that a controller has.
+
+    Raises:
+        KinegenError: If another one is asked for.
+    """
+    (has,) = (each.value for each in controller.reals)
+    if real not in (None, has):
+        raise KinegenError(f"a package for {controller.makers_name} is in {has}; leave the number type out")
+    return has

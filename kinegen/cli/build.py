@@ -16,6 +16,7 @@ from kinegen.cli.cached import warn_of_cache
 from kinegen.cli.interrupt import raise_if_pressed
 from kinegen.cli.robot_command import RobotCommand
 from kinegen.cli.terminal import Passing, complain, say, strong
+from kinegen.emit.controllers.controller import Controller
 from kinegen.emit.languages import LANGUAGES
 from kinegen.emit.packages.ecosystem import Ecosystem
 from kinegen.errors import KinegenError, shown
@@ -89,10 +90,12 @@ def _taken(read: Callable[[str], Result], text: str) -> Result:
 )
 @click.option(
     "--package",
-    type=click.Choice([each.value for each in Ecosystem]),
+    type=click.Choice([each.value for each in (*Ecosystem, *Controller)]),
     help="Write C files for a project of this kind instead of a Python package. Unless -o says otherwise, they go to "
-    + ", ".join(f"{each.folder} ({each.value})" for each in Ecosystem)
-    + ". Unless --real says otherwise, they are float only, and for cmake float and double.",
+    + ", ".join(f"{each.folder} ({each.value})" for each in (*Ecosystem, *Controller))
+    + ". Unless --real says otherwise, they are float only, and for cmake float and double. Packages for "
+    + ", ".join(Controller)
+    + " drive an arm with a closed-form inverse in that controller; --real and --outputs are given by it.",
 )
 @click.option(
     "--languages",
