@@ -79,7 +79,7 @@ def _inverse(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...]) -> dic
         return None
     return {
         "targets": _floats([pose for pose, _ in vectors.targets]),
-        "given": _floats([[value] for value in vectors.given]),
+        "given": _floats([(value,) for value in vectors.given]),
         "joints": _floats([joints for _, joints in vectors.targets]),
         "turns": [0.0 if math.isinf(turn) else float(turn) for turn in branches.turns],
         "extents": [reach(robot) if math.isinf(turn) else 1.0 for turn in branches.turns],
