@@ -21,6 +21,9 @@ CANDIDATES = 200
 _INNER = 0.9
 """The part of each range, about its middle, in which they lie: rounding must not carry a solution past a limit."""
 
+_DECIMALS = 9
+"""Decimals of what is compared: far above what rounding moves."""
+
 _GRID = 1024
 """Joint values are multiples of one part of so many, which floats hold exactly."""
 
@@ -42,7 +45,8 @@ def inverse_targets(robot: Robot) -> tuple[Numbers, FloatArray]:
     (tip,) = robot.tips
     weights = np.array([1 / reach(robot)] * 3 + [1.0] * 3)[:, None]
     least = np.linalg.svd(Kinematics(robot, points).jacobian(tip) * weights, compute_uv=False).min(axis=1)
-    chosen = points[np.argsort(-least, kind="stable")[:TARGETS]]
+    # Rounded, since libraries for matrices round in ways of their own: a tie has to stay one on every machine.
+    chosen = points[np.argsort(-np.round(least, _DECIMALS), kind="stable")[:TARGETS]]
     return Kinematics(robot, chosen, exact=True).pose(tip), chosen
 
 
