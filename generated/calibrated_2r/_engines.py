@@ -95,6 +95,7 @@ class Compiled:
         self._pointers = {real: getattr(native.lib, f"{prefix}_{name}_pointers") for real, prefix in prefixes.items()}
         self._structs = {real: f"{prefix}_params *" for real, prefix in prefixes.items()}
         self._latest: tuple[Any, dict[np.dtype[Any], Any], Callable[..., int] | None] = (None, {}, self._arrays)
+        self._lib, self._scalar = native.lib, f"{prefixes[reals[0]]}_{name}"
 
     def _prepared(self, params: Any) -> tuple[Any, dict[np.dtype[Any], Any], Callable[..., int] | None]:
         """The parameters, their C structs, and the function with these filled in; remembered for the next call.
@@ -117,6 +118,11 @@ class Compiled:
     def structs(self, params: Any) -> dict[np.dtype[Any], Any]:
         """The parameters as C structs, by number type; none where there are no parameters."""
         return self._prepared(params)[1]
+
+    @property
+    def address(self) -> int:
+        """The address of the C function for one configuration, of the package's first number type."""
+        return int(self._ffi.cast("uintptr_t", self._ffi.addressof(self._lib, self._scalar)))
 
     def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
         """Memory for a result; that of large ones is used again when they are gone."""
@@ -170,6 +176,7 @@ class Formula:
     """Calls the NumPy form."""
 
     name, variant, block = "numpy", "", 1 << 12
+    address = None
 
     def __init__(self, formula: Callable[..., Sequence[Any]], results: Sequence[Array]) -> None:
         self._formula, self._results = formula, results

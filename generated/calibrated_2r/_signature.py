@@ -61,7 +61,7 @@ def described(kernel: Any, text: str) -> str:
     call = ", ".join([*names, "*", *(f"{name}={_shown(value)}" for name, value in options)])
     # What templates indent, since it is in the text of a module.
     plain = text.replace("\n    ", "\n").strip()
-    lines = [f"    {each.name}: Shape (..., {', '.join(map(str, each.shape))})." for each in kernel.inputs]
+    lines = [f"    {each.name}: Shape ({', '.join(['...', *map(str, each.shape)])})." for each in kernel.inputs]
     lines += [f"    {name}: {_WORDS[name].format(**words)}" for name, _ in options]
     head = f"{kernel.__name__}({call})"
     return "\n".join([head, "", plain, "", "Args:", *lines, ""])

@@ -62,7 +62,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         """Solve for one target or a batch.
 
         Args:
-            inputs: The target, shape (..., 4, 4).
+            inputs: The target, shape (..., 4, 4); for seven joints with a redundancy its value too, shape (...).
             params: As for a kernel.
             out: Arrays for both results, as for a kernel; that for validity is of type bool, or of the number type of
                 the solutions, which then holds 1 or 0.
@@ -87,10 +87,10 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         if nearest is not None:
             return self._nearest(inputs, nearest, check, params, threads, layout)
         results: tuple[Floats, Truths] | None = None
-        if out is None and threads == len(inputs) == 1 and layout == "4x4":
-            results = self._quickly(inputs[0], params, check)
+        if out is None and threads == 1 and layout == "4x4":
+            results = self._quickly(inputs, params, check)
         if results is None:
-            if check and layout == "4x4" and len(inputs) == 1:
+            if check and layout == "4x4" and len(inputs) == len(self.inputs):
                 checked_targets(self.__name__, inputs[0])
             options: dict[str, Any] = {"params": params, "threads": threads, "layout": layout}
             if _has_numbers(out):
@@ -100,11 +100,12 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
 
     def bind(self, *arrays: Any, params: Any = None, layout: Layout = "4x4") -> Callable[[], object]:
         """Look everything up once, as for a kernel; for validity as for `out` in a call."""
-        if not _has_numbers(arrays[1:]):
+        count = len(self.inputs)
+        if not _has_numbers(arrays[count:]):
             return super().bind(*arrays, params=params, layout=layout)
-        valid: Any = arrays[2]
-        truths = self._truths_for(arrays[:1], arrays[1:])
-        bound = super().bind(*arrays[:2], truths, params=params, layout=layout)
+        valid: Any = arrays[-1]
+        truths = self._truths_for(arrays[:count], arrays[count:])
+        bound = super().bind(*arrays[:-1], truths, params=params, layout=layout)
 
         def solve() -> None:
             bound()
@@ -126,12 +127,16 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         solutions, valid = out
         if not valid.flags.writeable:
             raise ValueError(f"{self.__name__}: out for valid is read-only")
-        others = [("base_T_tool", np.asarray(each)) for each in inputs] + [("solutions", solutions)]
+        others = [(given.name, np.asarray(each)) for given, each in zip(self.inputs, inputs)]
+        others.append(("solutions", solutions))
         check_apart(self.__name__, "out for valid", valid, others)
         return np.empty(valid.shape, np.bool_)
 
-    def _quickly(self, target: Any, params: Any, check: bool) -> tuple[Floats, Any] | None:
+    def _quickly(self, inputs: tuple[Any, ...], params: Any, check: bool) -> tuple[Floats, Any] | None:
         """The results of one C call for one plain target; None where something speaks against it."""
+        if len(inputs) != len(self.inputs):
+            return None
+        target, *others = inputs
         if type(target) is not np.ndarray or target.shape != (4, 4) or (check and not is_pose(target)):
             return None
         direct = self._engine.direct(self._named(params))
@@ -139,6 +144,13 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             return None
         solutions, valid = self.results
         results = np.empty(solutions.shape, target.dtype), np.empty(valid.shape, np.bool_)
+        if others:
+            if not isinstance(others[0], (float, np.ndarray)):
+                return None
+            number = np.asarray(others[0])
+            if number.dtype != target.dtype:
+                return None  # the type of the results is not that of the target
+            return results if direct(id(target), id(number), id(results[0]), id(results[1]), 0) else None
         return results if direct(id(target), id(results[0]), id(results[1]), 0) else None
 
     def _nearest(
@@ -146,16 +158,20 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
     ) -> tuple[Floats, Truths]:
         """The valid solutions nearest to joint vectors, and whether there are any."""
         name = self.__name__
-        if self.chooses is None or len(inputs) != 1:
-            raise TypeError(f"{name} takes 1 array (base_T_tool), {len(inputs)} given")
+        if self.chooses is None or len(inputs) != len(self.inputs):
+            names = ", ".join(each.name for each in self.inputs)
+            count = f"{len(self.inputs)} array{'s' * (len(self.inputs) > 1)}"
+            raise TypeError(f"{name} takes {count} ({names}), {len(inputs)} given")
         targets = checked_targets(name, inputs[0]) if check else self._checked_input(self.inputs[0], inputs[0], layout)
+        others = [self._checked_input(*pair, layout) for pair in zip(self.inputs[1:], inputs[1:])]
         chosen, varied = settled_params(name, checked_params(name, params, self._params))
         try:
-            lead = np.broadcast_shapes(targets.shape[:-2], *(array.shape for array in varied.values()))
+            shapes = [array.shape for array in (*others, *varied.values())]
+            lead = np.broadcast_shapes(targets.shape[:-2], *shapes)
         except ValueError:
             lead = targets.shape[:-2]  # the kernel says which of them do not go together
-        wanted = self._wanted(nearest, lead, self._result_type([targets]))
-        q, exists = self.chooses(targets, wanted, params=chosen, threads=threads)
+        wanted = self._wanted(nearest, lead, self._result_type([targets, *others]))
+        q, exists = self.chooses(targets, *others, wanted, params=chosen, threads=threads)
         return q, exists[()]
 
     def _wanted(self, nearest: ArrayLike, lead: tuple[int, ...], real: np.dtype[Any]) -> Floats:
@@ -194,6 +210,6 @@ def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, 
         **options,
         "inputs": (*options["inputs"], Array("nearest", dof)),
         "results": (Array("q", dof), Array("exists", (), is_truth=True)),
-        "formula": NearestFormula(formula, turnings),
+        "formula": NearestFormula(formula, turnings, len(options["inputs"])),
     }
     return Kernel(f"{name}_nearest", **own)

@@ -186,6 +186,15 @@ class Kernel(Generic[Result]):
             return self._engine.bind(arrays, named)
         return partial(self, *inputs, params=params, out=self._given(results), layout=layout)
 
+    @property
+    def address(self) -> int | None:
+        """Address of the C function for one configuration, for Numba, ctypes and others; None with the backend "numpy".
+
+        It takes pointers to contiguous doubles (floats in a package for float alone): the inputs, the runtime
+        parameters where there are any, then the results, matrices row by row with all four rows. It returns nothing.
+        """
+        return self._engine.address
+
     def __reduce__(self) -> str:
         return self.__name__  # pickled by reference, as functions are
 

@@ -39,30 +39,34 @@ class NearestFormula:
     Args:
         inverse: The NumPy form of the inverse.
         turnings: What whole turns of each joint need, for float64 and for float32.
+        inputs: How many inputs the inverse has.
     """
 
     def __init__(
         self,
         inverse: Callable[..., Sequence[Any]],
         turnings: tuple[tuple[tuple[float, float, float], ...], tuple[tuple[float, float, float], ...]],
+        inputs: int = 1,
     ) -> None:
-        self._inverse = inverse
+        self._inverse, self._given = inverse, inputs - 1
         kinds: tuple[Any, ...] = np.dtype(np.float64), np.dtype(np.float32)
         self._columns = {kind: np.array(each, kind).T[..., None] for kind, each in zip(kinds, turnings, strict=True)}
 
-    def __call__(self, base_T_tool: Rows, q0: Rows, *params: Any) -> tuple[Rows, ...]:
+    def __call__(self, base_T_tool: Rows, *others: Any) -> tuple[Rows, ...]:
         """Choose for N targets.
 
         Args:
             base_T_tool: The upper three rows of the targets (12, N).
-            q0: The joint vectors (dof, N).
-            params: Values of the runtime parameters, if there are any.
+            others: The redundancy, if there is one (1, N); the joint vectors (dof, N); values of the
+                runtime parameters, if there are any.
 
         Returns:
             The joint values, one array (N,) each and NaN where there is no solution, and 1 where there is one, else 0.
         """
+        given, q0, params = others[: self._given], others[self._given], others[self._given + 1 :]
         real, (dof, count) = q0.dtype, q0.shape
-        found = np.stack([np.broadcast_to(row, count) for row in self._inverse(base_T_tool, *params)]).astype(real)
+        rows = self._inverse(base_T_tool, *given, *params)
+        found = np.stack([np.broadcast_to(row, count) for row in rows]).astype(real)
         branches = len(found) // (dof + 1)
         solutions, valid = found[: branches * dof].reshape(branches, dof, count), found[branches * dof :]
         largest = np.finfo(real).max
