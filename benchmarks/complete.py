@@ -21,7 +21,7 @@ from kinegen.pipeline import build
 from kinegen.results import BuildOptions
 from kinegen.robot.extent import joint_box
 
-ARMS = {"jaco2": 60, "crx10ial": 60, "xarm6": 250, "gen3_lite": 60, "general_6r": 250, "manseur_doty": 250}
+ARMS = {"jaco2": 60, "crx10ial": 60, "xarm6": 60, "gen3_lite": 60, "general_6r": 250, "manseur_doty": 250}
 """Robots with the microseconds that are promised for a target."""
 
 BLOCK = 50_000
