@@ -23,6 +23,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
+from kinegen.emit.complete.choose import complete_of
 from kinegen.emit.files import emit_files, emit_integers
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
@@ -31,7 +32,7 @@ from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
 from kinegen.formats.load import load
 from kinegen.ir.lower import program_of, runtime_defaults
-from kinegen.outputs import NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity
 from kinegen.robot.calibrated import DH, calibrated
 from kinegen.robot.model import Robot
 from kinegen.verify.integer_vectors import fixed_vectors
@@ -66,13 +67,23 @@ def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
             found.append(program_of(robot, quantity))
         except KinegenError:
             continue  # such as an inverse of an arm without a closed form
-    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.is_arm)
+    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.is_arm, _has_all_solutions(robot))
+
+
+def _has_all_solutions(robot: Robot) -> bool:
+    """Whether there is an elimination that finds all solutions of the inverse."""
+    try:
+        complete_of(robot)
+    except KinegenError:
+        return False
+    return True
 
 
 def outputs(robot: Robot) -> str:
     """The names of all outputs that a robot has, for `--outputs`."""
     kernels = programs(robot, every_quantity())
     quantities = [program.quantity for program in kernels.programs] + [NUMERIC_INVERSE] * kernels.numeric_inverse
+    quantities += [COMPLETE_INVERSE] * kernels.complete_inverse
     return ",".join(map(str, quantities))
 
 

@@ -52,7 +52,7 @@ def load(
         arguments: Values of the arguments of a xacro file.
         snap: Angles within so many radians of a multiple of 15 degrees become that multiple; 0 keeps every digit.
         table: Convention, length unit and angle unit of a CSV table, such as `standard,mm,deg`.
-        redundancy: What the closed-form inverse of seven joints is given besides the pose: the name of a joint, or
+        redundancy: What the closed-form inverse of seven joints takes in addition to the pose: the name of a joint, or
             `arm_angle`; what the file says if left out.
 
     Returns:

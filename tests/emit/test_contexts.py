@@ -12,7 +12,7 @@ import jinja2
 import pytest
 from jinja2 import meta, nodes
 
-from kinegen.emit.c import batch, kernel, numeric_inverse, vectors
+from kinegen.emit.c import batch, complete_inverse, kernel, numeric_inverse, vectors
 from kinegen.emit.cpp import header as cpp_header
 from kinegen.emit.cpp import vectors as cpp_vectors
 from kinegen.emit.environment import environment
@@ -32,6 +32,8 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/selftest.c.jinja": {"k": vectors.VectorContext},
     "c/numeric_inverse.h.jinja": {"k": numeric_inverse.SolverContext},
     "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
+    "c/complete_inverse.h.jinja": {"k": complete_inverse.CompleteContext},
+    "c/complete_inverse.c.jinja": {"k": complete_inverse.CompleteContext},
     "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},
     "cpp/CMakeLists.txt.jinja": {"k": cpp_header.HeaderContext},
     "cpp/driver.cpp.jinja": {"k": cpp_header.HeaderContext},
@@ -42,6 +44,7 @@ RENDERED: dict[str, dict[str, Any]] = {
     "javascript/test.mjs.jinja": {"k": javascript_vectors.TestContext},
     "javascript/wasm.js.jinja": {"k": wasm.WasmContext},
     "javascript/wasm.d.ts.jinja": {"k": wasm.WasmContext},
+    "python/_eliminations.py.jinja": {},
     "python/__init__.pyi.jinja": {"s": stub.StubContext},
     "python/__init__.py.jinja": {"k": package.PackageContext},
     "python/_numpy.py.jinja": {"k": formula.FormulaContext},
@@ -63,8 +66,8 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 HANDED_ON = {"kernel", "name", "stored", "function", "prototype"}
 """Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
-STRINGS = {"prefix", "qualifier", "imports"}
-"""Variables besides the records: the templates of functions take them, and that of types takes its imports."""
+STRINGS = {"prefix", "qualifier", "imports", "name", "provenance", "tables", "bounds"}
+"""Variables besides the records: the templates of functions, of types and of tables of constants take them."""
 
 FUNCTIONS = [name for name in environment().list_templates() if re.fullmatch(r"c/_\w+_f(?:32|64)\.c\.jinja", name)]
 """The templates of functions, one for each number type, that are included by names made of the number type."""

@@ -74,4 +74,4 @@ def test_an_unknown_language_is_refused(arm: str, capsys: pytest.CaptureFixture[
 
 def test_packages_of_firmware_have_c_alone(arm: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["build", arm, "--package", "cmake", "--languages", "javascript"]) == 2
-    assert "--package writes C alone" in capsys.readouterr().err
+    assert "--package writes no other languages" in capsys.readouterr().err

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Program
-from kinegen.outputs import Kind, Quantity, every_quantity
+from kinegen.outputs import SOLVERS, Kind, Quantity, every_quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.expectation import expect
@@ -20,8 +20,8 @@ from kinegen.verify.tolerances import accepted_error
 from tests.chains import exact_defaults, robots
 from tests.evaluation import run
 
-ELSEWHERE = (Kind.FRAMES, Kind.INVERSE, Kind.PARAMETER_JACOBIAN)
-"""Kinds that not every robot has, or that are not of single frames."""
+ELSEWHERE = (Kind.FRAMES, Kind.INVERSE, Kind.PARAMETER_JACOBIAN, *(solver.kind for solver in SOLVERS))
+"""Kinds that not every robot has, that are not of single frames, or that have no program."""
 
 quantities = st.sampled_from(
     [each for each in every_quantity() if each.kind not in ELSEWHERE and "actuator" not in each.kind]

@@ -52,6 +52,7 @@ class ControllerContext:
         dof: Macro of the number of joints.
         header: Header of the kernels.
         sources: C sources besides the glue.
+        objects: What the compiler makes of the sources of the kernel.
         selftests: Files of the self-test.
         selftest: The program that runs it.
         follow: The inverse that follows a path.
@@ -64,7 +65,7 @@ class ControllerContext:
         metres: Metres in it, as a literal.
         tilt: Angles a and b of the tool in radians, as literals.
         reach: The reach in millimetres.
-        home: x, y, z of the tool at home in millimetres, and a, b, c in degrees.
+        home: x, y, z of the tool at home in millimetres.
         step: About a twentieth of the reach in millimetres, for moves of the example.
         half_step: Half of it.
         feed: A feed in millimetres a minute at which that takes one and a half seconds.
@@ -82,6 +83,7 @@ class ControllerContext:
     dof: str
     header: str
     sources: tuple[str, ...]
+    objects: tuple[str, ...]
     selftests: tuple[str, ...]
     selftest: str
     follow: Follow
@@ -127,6 +129,7 @@ def controller_context(kernels: Kernels, controller: Controller) -> ControllerCo
         dof=macro(robot.name, "DOF"),
         header=c_file(robot.name, "h", real),
         sources=(c_file(robot.name, "c", real), follow.source),
+        objects=tuple(name.removesuffix(".c") + ".o" for name in (c_file(robot.name, "c", real), follow.source)),
         selftests=(selftest_file(robot.name, real), vectors_file(robot.name, real)),
         selftest=selftest_file(robot.name, real).removesuffix(".c"),
         follow=follow,
@@ -139,7 +142,7 @@ def controller_context(kernels: Kernels, controller: Controller) -> ControllerCo
         metres=real.literal(Fraction(machine.millimetres) / 1000),
         tilt=(real.literal(Fraction(machine.tilt[0])), real.literal(Fraction(machine.tilt[1]))),
         reach=_short(machine.reach * machine.millimetres),
-        home=tuple(map(_short, machine.home)),
+        home=tuple(map(_short, machine.home[:3])),
         step=_short(step),
         half_step=_short(step / 2),
         feed=_short(step * 40),
