@@ -9,19 +9,17 @@ from fractions import Fraction
 from typing import Any
 
 from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Row, Vectors
+from kinegen.emit.c.expected import NOTHING, Row, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.outputs import Array
 from kinegen.robot.extent import reach
 from kinegen.verify.vectors import compute_vectors
 
 _KINDS = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
-_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
 
 
 def selftest_files(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
@@ -65,8 +63,8 @@ def _results(
     for array, each in zip(program.signature.results, vectors.expected[program.quantity], strict=True):
         accepted = {_KINDS[real]: next(limits[real]) if array.size else () for real in reals}
         yield {
-            "rows": _floats([_whole(array, row, _LAST_ROW) for row in each.rows[:count]]),
-            "accepted": {kind: _floats([_whole(array, row, (Fraction(0),) * 4)])[0] for kind, row in accepted.items()},
+            "rows": _floats([whole(array, row) for row in each.rows[:count]]),
+            "accepted": {kind: _floats([whole(array, row, NOTHING)])[0] for kind, row in accepted.items()},
             "turns": math.tau if each.turns else 0.0,
         }
 
@@ -85,14 +83,6 @@ def _inverse(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...]) -> dic
         "extents": [reach(robot) if math.isinf(turn) else 1.0 for turn in branches.turns],
         "accepted": {_KINDS[real]: float(INVERSE_TOLERANCES[real]) for real in reals},
     }
-
-
-def _whole(array: Array, row: Row, last: Row) -> Row:
-    """Entries with the last rows of matrices."""
-    if not array.is_pose:
-        return row
-    step = array.size // array.blocks
-    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
 
 
 def _floats(rows: list[Row] | tuple[Row, ...]) -> list[list[float]]:

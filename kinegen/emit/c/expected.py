@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.outputs import Array, Quantity
 
 Row = tuple[Fraction, ...]
+
+LAST_ROW: Row = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
+"""The constant last row of a pose."""
+
+NOTHING: Row = (Fraction(0),) * 4
+"""What is accepted of its entries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,3 +51,17 @@ class Vectors:
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
     targets: tuple[tuple[Row, Row], ...]
     given: Row = ()
+
+
+def whole(array: Array, row: Sequence[Fraction], last: Row = LAST_ROW) -> Row:
+    """The entries of a result with the last rows of its matrices.
+
+    Args:
+        array: The result.
+        row: Its computed entries, in order.
+        last: The last row of each matrix: that of a pose, or `NOTHING` for what is accepted.
+    """
+    if not array.is_pose:
+        return tuple(row)
+    step = array.size // array.blocks
+    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Row, Vectors
+from kinegen.emit.c.expected import NOTHING, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.cpp.functions import Function, function_of
 from kinegen.emit.environment import environment
@@ -16,10 +16,7 @@ from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.outputs import Array
 from kinegen.robot.extent import reach
-
-_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,19 +118,11 @@ def _tested(kernels: Kernels, program: Program, vectors: Vectors, real: Real) ->
     count = min(len(each.rows) for each in expected)
     for array, each in zip(arrays, expected, strict=True):
         if array.size:
-            rows = tuple(_row(_whole(array, row), real) for row in each.rows[:count])
-            limits = _row(_whole(array, next(accepted), (Fraction(0),) * 4), real)
+            rows = tuple(_row(whole(array, row), real) for row in each.rows[:count])
+            limits = _row(whole(array, next(accepted), NOTHING), real)
             member = "found" if len(arrays) == 1 else f"found.{array.name}"
             results.append(Checked(member, array.blocks * array.stored, rows, limits, each.turns))
     return Tested(function_of(kernels, program), count, tuple(results))
-
-
-def _whole(array: Array, row: Row, last: Row = _LAST_ROW) -> Row:
-    """Entries with the last rows of matrices, in which nothing is accepted."""
-    if not array.is_pose:
-        return tuple(row)
-    step = array.size // array.blocks
-    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
 
 
 def _row(entries: Sequence[Fraction], real: Real) -> str:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 
 from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Row, Vectors
+from kinegen.emit.c.expected import NOTHING, Row, Vectors, whole
 from kinegen.emit.environment import environment
 from kinegen.emit.javascript.wasm import batched
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.outputs import Array
-
-_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,16 +65,8 @@ def _results(kernels: Kernels, program: Program, vectors: Vectors) -> Iterator[t
     count = min(len(each.rows) for each in expected)
     for array, each in zip(program.signature.results, expected, strict=True):
         limits = next(accepted) if array.size else ()
-        rows = tuple(_numbers(_whole(array, row, _LAST_ROW)) for row in each.rows[:count])
-        yield rows, _numbers(_whole(array, limits, (Fraction(0),) * 4)), "true" if each.turns else "false"
-
-
-def _whole(array: Array, row: Row, last: Row) -> Row:
-    """Entries with the last rows of matrices."""
-    if not array.is_pose:
-        return row
-    step = array.size // array.blocks
-    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
+        rows = tuple(_numbers(whole(array, row)) for row in each.rows[:count])
+        yield rows, _numbers(whole(array, limits, NOTHING)), "true" if each.turns else "false"
 
 
 def _numbers(entries: Row) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Row, Vectors
+from kinegen.emit.c.expected import NOTHING, Row, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import branches_of
@@ -18,8 +18,6 @@ from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.outputs import Array, Kind
 from kinegen.robot.extent import reach
-
-_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,23 +108,15 @@ def _test(kernels: Kernels, program: Program, vectors: Vectors) -> Tested:
     results = []
     for array, each in zip(program.signature.results, expected, strict=True):
         double, single = (_accepted(array, next(limits[real]) if array.size else (), real) for real in Real)
-        rows = tuple(_row(in_columns(array, _whole(array, row, _LAST_ROW))) for row in each.rows[:count])
+        rows = tuple(_row(in_columns(array, whole(array, row))) for row in each.rows[:count])
         results.append(Checked(rows if array.size else (), double, single, "true" if each.turns else "false"))
     names = ", ".join(array.name for array in program.signature.inputs)
     return Tested(program.quantity.function, count, names, tuple(results))
 
 
 def _accepted(array: Array, limits: Row, real: Real) -> str:
-    whole = _whole(array, limits, (Fraction(0),) * 4)
-    return _row([Fraction(real.round(each)) for each in (in_columns(array, whole) if array.size else ())])
-
-
-def _whole(array: Array, row: Row, last: Row) -> Row:
-    """Entries with the last rows of matrices."""
-    if not array.is_pose:
-        return row
-    step = array.size // array.blocks
-    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
+    entries = whole(array, limits, NOTHING)
+    return _row([Fraction(real.round(each)) for each in (in_columns(array, entries) if array.size else ())])
 
 
 def _targets(kernels: Kernels, vectors: Vectors) -> Targets:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Vectors
+from kinegen.emit.c.expected import NOTHING, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.environment import environment
 from kinegen.emit.inverse import branches_of
@@ -17,10 +17,7 @@ from kinegen.emit.reals import Real
 from kinegen.emit.rust.functions import escaped, type_of
 from kinegen.emit.rust.syntax import NUMBER, literal
 from kinegen.ir.program import Program
-from kinegen.outputs import Array
 from kinegen.robot.extent import reach
-
-_LAST_ROW = (Fraction(0), Fraction(0), Fraction(0), Fraction(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,21 +128,13 @@ def _test(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> T
     for place, (array, expected) in enumerate(zip(arrays, vectors.expected[program.quantity], strict=True)):
         if not array.size:
             continue
-        rows = tuple(_row(_whole(array, row), real) for row in expected.rows[:count])
-        limits = _row(_whole(array, next(accepted), (Fraction(0),) * 4), real)
+        rows = tuple(_row(whole(array, row), real) for row in expected.rows[:count])
+        limits = _row(whole(array, next(accepted), NOTHING), real)
         where = "found" if len(arrays) == 1 else f"found.{place}"
         results.append(Checked(where, array.blocks * array.stored, rows, limits, expected.turns))
     names = [f"&{array.name.upper()}[i]" for array in program.signature.inputs]
     parameters = ["&robot::Params::default()"] * bool(kernels.robot.runtime_parameters)
     return Test(program.quantity.function, ", ".join([*names, *parameters]), tuple(results))
-
-
-def _whole(array: Array, row: Sequence[Fraction], last: Sequence[Fraction] = _LAST_ROW) -> tuple[Fraction, ...]:
-    """Entries with the last rows of matrices, in which nothing is accepted."""
-    if not array.is_pose:
-        return tuple(row)
-    step = array.size // array.blocks
-    return tuple(each for block in range(array.blocks) for each in (*row[block * step : (block + 1) * step], *last))
 
 
 def _row(entries: Sequence[Fraction], real: Real) -> str:
