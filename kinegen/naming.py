@@ -220,9 +220,9 @@ def c_file(robot: str, extension: str, real: str = "double", *, batch: bool = Fa
     return f"{prefix(robot, real)}{'_batch' if batch else ''}.{extension}"
 
 
-def search_file(robot: str, extension: str, real: str = "double") -> str:
-    """The files of the numeric inverse of one number type: `puma560_numeric_inverse.c`."""
-    return f"{prefix(robot, real)}_numeric_inverse.{extension}"
+def search_file(robot: str, extension: str, real: str = "double", *, batch: bool = False) -> str:
+    """The files of the numeric inverse of one number type: `puma560_numeric_inverse.c`, or that of many targets."""
+    return f"{prefix(robot, real)}_numeric_inverse{'_batch' if batch else ''}.{extension}"
 
 
 def complete_file(robot: str, extension: str) -> str:

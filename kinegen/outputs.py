@@ -36,6 +36,11 @@ class Array:
         return math.prod(self.shape) * 3 // 4 if self.is_pose else math.prod(self.shape)
 
     @property
+    def is_point(self) -> bool:
+        """Whether it is where a frame is."""
+        return "_p_" in self.name and self.shape[-1:] == (3,)
+
+    @property
     def blocks(self) -> int:
         """How often the innermost block occurs: frames, branches, or 1."""
         return self.shape[0] if self.in_blocks else 1
@@ -84,6 +89,7 @@ class Kind(StrEnum):
     TRANSFORM_POINT = "transform_point"
     ADJOINT = "adjoint"
     INVERSE = "inverse"
+    AXIS_INVERSE = "axis_inverse"
     ACTUATORS_TO_JOINTS = "actuators_to_joints"
     JOINTS_TO_ACTUATORS = "joints_to_actuators"
     FK_ACTUATORS = "fk_actuators"
@@ -136,24 +142,33 @@ class Quantity:
         kind: What is computed.
         reference: For velocities, where and in which axes.
         frame: The frame it is computed for; empty for the tips.
+        seen_from: The frame that takes the place of the base, such as that of a workpiece; empty for the base itself.
     """
 
     kind: Kind
     reference: Reference = Reference.LOCAL_WORLD_ALIGNED
     frame: str = ""
+    seen_from: str = ""
 
     POSE: ClassVar[Quantity]
     FRAMES: ClassVar[Quantity]
     POSITION: ClassVar[Quantity]
 
     def __str__(self) -> str:
-        """As `--outputs` names it: `pose`, `jacobian_local@elbow`."""
-        return f"{self._stem}@{self.frame}" if self.frame else self._stem
+        """As `--outputs` names it: `pose`, `jacobian_local@elbow`, `pose@spindle/table`."""
+        return f"{self._stem}@{self.way}" if self.frame else self._stem
+
+    @property
+    def way(self) -> str:
+        """The frame, and after a slash the one in which it is seen if that is not the base; empty for the tips."""
+        return f"{self.frame}/{self.seen_from}" if self.seen_from else self.frame
 
     @property
     def function(self) -> str:
         """Name of the function in C (after the robot's prefix) and in Python."""
         stem = "fk" if self.kind is Kind.POSE else self._stem
+        if self.seen_from:
+            return f"{stem}_{self.frame}_in_{self.seen_from}"
         return f"{stem}_{self.frame}" if self.frame else stem
 
     @property
@@ -177,6 +192,9 @@ NUMERIC_INVERSE = Quantity(Kind.NUMERIC_INVERSE)
 
 COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
 """All solutions of an arm with six turning joints, by elimination; it has no program of its own either."""
+
+INVERSES = (Kind.INVERSE, Kind.AXIS_INVERSE)
+"""Closed forms that give several joint vectors for a target."""
 
 SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE)
 """Outputs without a program, which need the pose with its Jacobian."""
@@ -249,7 +267,8 @@ def parse_quantity(text: str) -> Quantity:
     """Read a quantity as `--outputs` names it.
 
     Args:
-        text: A kind, then for velocities `_local` or `_world`, then `@` and a frame; such as `jacobian_local@elbow`.
+        text: A kind, then for velocities `_local` or `_world`, then `@` and a frame, then `/` and the frame in which
+            that one is seen, in place of the base; such as `jacobian_local@elbow` or `pose@spindle/table`.
 
     Returns:
         The quantity; whether the robot has the frame is not known here.
@@ -257,7 +276,8 @@ def parse_quantity(text: str) -> Quantity:
     Raises:
         KinegenError: If there is no such quantity; the message lists what there is.
     """
-    stem, at, frame = text.partition("@")
+    stem, at, way = text.partition("@")
+    frame, slash, seen_from = way.partition("/")
     known = {str(quantity): quantity for quantity in every_quantity()}
     if stem not in known:
         near = [name for name in known if stem and name.startswith(stem)]
@@ -266,7 +286,10 @@ def parse_quantity(text: str) -> Quantity:
     if at and (quantity.kind in _FRAMELESS or not frame):
         reason = f"'{stem}' is not computed for a single frame" if frame else "the name of a frame is missing after @"
         raise KinegenError(f"{text}: {reason}")
-    return Quantity(quantity.kind, quantity.reference, frame)
+    if slash and (not seen_from or seen_from == frame):
+        reason = f"frame '{frame}' is seen from itself" if seen_from else "the name of a frame is missing after /"
+        raise KinegenError(f"{text}: {reason}")
+    return Quantity(quantity.kind, quantity.reference, frame, seen_from)
 
 
 def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:

@@ -24,6 +24,8 @@ from pathlib import Path
 from kinegen.boards.figures import Cost
 from kinegen.boards.usual import USUAL_TARGET, can_measure, usual_costs
 from kinegen.clock import Clock as _Clock
+from kinegen.emit.controllers.controller import Controller
+from kinegen.emit.controllers.machine import require_arm
 from kinegen.emit.files import Emitted
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
@@ -41,6 +43,7 @@ from kinegen.robot.calibrated import calibrated
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.symbolic.expressions import Expressions
+from kinegen.symbolic.inverse.recognise import Unknown, recognise
 from kinegen.symbolic.plain import derive_plain
 from kinegen.texts import Texts, bundle_of, texts_of
 from kinegen.verify.comparison import Comparison, Proof
@@ -82,6 +85,9 @@ def build(
     clock = _Clock(Path(source.source) if isinstance(source, Robot) else source, report, begin)
     with clock.stage("load") as detail:
         robot = _load(source, options.wrt)
+        if isinstance(options.package, Controller):
+            family = recognise(robot)
+            require_arm(robot, options.package, family.reasons if isinstance(family, Unknown) else ())
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
     kernels, (plain,) = _programs(robot, options.quantities, clock, derive_plain)
     folder = options.output / robot.name

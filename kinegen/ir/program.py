@@ -7,7 +7,7 @@ same time for every input.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 from kinegen.older import StrEnum
@@ -70,6 +70,10 @@ class Constant:
 
     value: Fraction
     single: Fraction | None = None
+
+    def __hash__(self) -> int:
+        # That of a fraction takes a division in a field of the size of a word: long for 150 digits.
+        return hash((self.value.numerator, self.value.denominator))
 
     def of(self, is_single: bool) -> Fraction:
         """The number that a type takes."""
@@ -165,6 +169,7 @@ class Program:
         angles: The angles whose sine and cosine are taken, in order.
         statements: The code.
         outputs: The numbers of the results, one result after the other.
+        used: All operands of statements and outputs; of a sine and a cosine one may be missing.
     """
 
     signature: Signature
@@ -172,9 +177,16 @@ class Program:
     angles: tuple[AngleSum, ...]
     statements: tuple[Statement, ...]
     outputs: tuple[Operand, ...]
+    used: frozenset[Operand] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        operands = (each for statement in self.statements for each in statement.operands)
+        object.__setattr__(self, "used", frozenset((*operands, *self.outputs)))
         check(self)
+
+    def __hash__(self) -> int:
+        # What is worked out once for a program is looked up often, and has no time for thousands of statements.
+        return hash((self.signature, self.parameters, len(self.statements), self.outputs))
 
     @property
     def quantity(self) -> Quantity:
@@ -185,11 +197,6 @@ class Program:
     def frames(self) -> tuple[str, ...]:
         """The frames for which it computes it."""
         return self.signature.frames
-
-    @property
-    def used(self) -> frozenset[Operand]:
-        """All operands of statements and outputs; of a sine and a cosine one may be missing."""
-        return frozenset((*(each for statement in self.statements for each in statement.operands), *self.outputs))
 
     @property
     def reads_parameters(self) -> bool:

@@ -7,6 +7,7 @@ kernel is held to this package, so it shares nothing with `symbolic/` and `ir/`.
     chain        each convention as the 4x4 matrix that its book prints, and their product
     poses        the transforms of all frames
     series       numbers that carry their derivatives
+    seen         a frame as seen from another one that moves too
     velocity     Jacobians, twists, accelerations, and derivatives by parameters
     orientation  quaternions, angles and rotation vectors
     redundancy   the value of a joint, or the arm angle, that an inverse is given besides the pose

@@ -34,9 +34,10 @@ def parents(robot: Robot) -> Iterator[tuple[str, str]]:
     """Every frame but the base with its parent, parents first."""
     last = robot.rows[-1].name if robot.rows else ORIGIN
     named = {row.name for row in robot.rows} | {frame.name for frame in robot.frames}
-    yield ORIGIN, robot.root
+    root = robot.root
+    yield ORIGIN, root
     for row in robot.rows:
-        yield row.name, ORIGIN if row.parent == robot.root else row.parent
+        yield row.name, ORIGIN if row.parent == root else row.parent
     if not robot.is_tree:
         yield TOOL, last
         if WRIST not in named:

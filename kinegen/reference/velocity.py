@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinegen.outputs import Reference
 from kinegen.reference.chain import chain, values_of
 from kinegen.reference.numbers import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
+from kinegen.reference.seen import seen_pose, seen_series
 from kinegen.reference.series import Monomial, Series, in_series, product
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
@@ -59,22 +60,24 @@ class Kinematics:
         self._latest: tuple[Any, Any, int, dict[str, Series]] = (None, None, 0, {})
 
     def pose(self, frame: str) -> Numbers:
-        """Pose `base_T_frame`, shape (N, 4, 4)."""
+        """Pose `base_T_frame`, shape (N, 4, 4); of a way such as `tool/table`, the pose `table_T_tool`."""
         if not self._places:
             with mpmath.workdps(DIGITS):
                 kind = self._kind()
                 self._places = chain(self.robot, values_of(self.robot, list(self.q.T), self._params, kind), kind)
-        return np.broadcast_to(self._places[frame], (len(self.q), 4, 4))
+        with mpmath.workdps(DIGITS):
+            return np.broadcast_to(seen_pose(self._places, frame), (len(self.q), 4, 4))
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Geometric Jacobian, shape (N, 6, dof): velocities of the frame at unit rates of the joints."""
-        return self._columns(self._by_joints(1)[frame], self.robot.dof, reference)
+        with mpmath.workdps(DIGITS):
+            return self._columns(seen_series(self._by_joints(1), frame), self.robot.dof, reference)
 
     def hessian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Derivative of the Jacobian, shape (N, dof, 6, dof): [:, k, :, j] is column j differentiated by joint k."""
         joints = range(self.robot.dof)
-        place = self._by_joints(2)[frame]
         with mpmath.workdps(DIGITS):
+            place = seen_series(self._by_joints(2), frame)
             columns = [self._velocity(place, joint, reference) for joint in joints]
             blocks = [self._joined([self._read(column, (other,)) for column in columns]) for other in joints]
         return np.stack(blocks, axis=1) if blocks else np.zeros((len(self.q), 0, 6, 0))
@@ -82,12 +85,14 @@ class Kinematics:
     def twist(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """Velocity, shape (N, 6), at joint rates (N, dof)."""
         with mpmath.workdps(DIGITS):
-            return self._read(self._velocity(self._in_time(qd, None, 1)[frame], 0, reference), ())
+            place = seen_series(self._in_time(qd, None, 1), frame)
+            return self._read(self._velocity(place, 0, reference), ())
 
     def acceleration(self, frame: str, qd: ArrayLike, qdd: ArrayLike | None, reference: Reference = TIP) -> Numbers:
         """Time derivative of the twist, shape (N, 6), at joint rates and accelerations (N, dof); None for zeros."""
         with mpmath.workdps(DIGITS):
-            return self._read(self._velocity(self._in_time(qd, qdd, 2)[frame], 0, reference), (0,))
+            place = seen_series(self._in_time(qd, qdd, 2), frame)
+            return self._read(self._velocity(place, 0, reference), (0,))
 
     def bias_acceleration(self, frame: str, qd: ArrayLike, reference: Reference = TIP) -> Numbers:
         """The same without accelerations of the joints, which is the derivative of the Jacobian times the rates."""
@@ -96,7 +101,8 @@ class Kinematics:
     def parameter_jacobian(self, frame: str, names: Iterable[str], reference: Reference = TIP) -> Numbers:
         """Velocities of the frame at unit rates of parameters, shape (N, 6, number of names)."""
         wanted = tuple(names)
-        return self._columns(self._by_parameters(wanted)[frame], len(wanted), reference)
+        with mpmath.workdps(DIGITS):
+            return self._columns(seen_series(self._by_parameters(wanted), frame), len(wanted), reference)
 
     def _rows(self, values: ArrayLike) -> Numbers:
         """Joint vectors in the numbers of this object."""

@@ -6,6 +6,7 @@ computed here.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
@@ -30,7 +31,9 @@ def joint_box(robot: Robot) -> tuple[tuple[float, float], ...]:
         limits: half a turn to either side, or for a prismatic joint the sum of the robot's constant lengths to either
         side (1 if there are none).
     """
-    stroke = sum(_constant(robot, length) for lengths in _lengths(robot).values() for length in lengths) or 1.0
+    values, names = _values(robot), frozenset(variable.name for variable in robot.variables)
+    lengths = itertools.chain.from_iterable(_lengths(robot).values())
+    stroke = sum(_constant(linear(length, names)[1], values) for length in lengths) or 1.0
     return tuple(_bounds(variable, stroke) for variable in robot.variables)
 
 
@@ -39,19 +42,47 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
 
     Args:
         robot: The robot.
-        frames: Names of the frames; the tips if left out.
+        frames: Names of the frames; the tips if left out. `frame/other` is a frame as seen from another one.
 
     Returns:
         The longest sum of link lengths and strokes between the base and one of the frames, over the joint box and with
         the parameters of the file, in the file's length unit; at least `SMALLEST_REACH`.
     """
+    totals = _totals(robot)
+    ways = robot.tips if frames is None else frames
+    return max(SMALLEST_REACH, *(_apart(robot, way) if "/" in way else totals[way] for way in ways))
+
+
+def _apart(robot: Robot, way: str) -> float:
+    """The lengths between two frames, without those above both."""
+    own, parents = _own(robot), dict(_parents(robot))
+    first, other = ([*_up(name, parents)] for name in way.split("/"))
+    return sum(own[name] for name in (*first, *other) if (name in first) != (name in other))
+
+
+def _up(name: str, parents: Mapping[str, str]) -> Iterator[str]:
+    """A frame and those between it and the base, upwards."""
+    while name in parents:
+        yield name
+        name = parents[name]
+
+
+@lru_cache(maxsize=32)
+def _totals(robot: Robot) -> Mapping[str, float]:
+    """How far each frame gets from the base."""
+    own, totals = _own(robot), {robot.root: 0.0}
+    for name, parent in _parents(robot):
+        totals[name] = totals[parent] + own[name]
+    return totals
+
+
+@lru_cache(maxsize=32)
+def _own(robot: Robot) -> Mapping[str, float]:
+    """How far each frame gets from its parent."""
     box = zip(robot.variables, joint_box(robot), strict=True)
     largest = {variable.name: max(abs(low), abs(high)) for variable, (low, high) in box}
-    lengths = _lengths(robot)
-    totals = {robot.root: 0.0}
-    for name, parent in _parents(robot):
-        totals[name] = totals[parent] + sum(_largest(robot, length, largest) for length in lengths[name])
-    return max(SMALLEST_REACH, *(totals[name] for name in (robot.tips if frames is None else frames)))
+    values, lengths = _values(robot), _lengths(robot)
+    return {name: sum(_largest(length, values, largest) for length in lengths[name]) for name, _ in _parents(robot)}
 
 
 def _bounds(variable: JointVariable, stroke: float) -> tuple[float, float]:
@@ -78,10 +109,11 @@ def _parents(robot: Robot) -> Iterator[tuple[str, str]]:
 def _lengths(robot: Robot) -> dict[str, tuple[Expression, ...]]:
     """Every length on the way from a frame's parent to the frame, by frame."""
     base = _shifts(robot.base)
+    root = robot.root
     found = {TOOL: _shifts(robot.tool) + (() if robot.rows else base), WRIST: ()}
     for row in robot.rows:
         entries = tuple(entry for entry in (row.a, row.d) if entry is not None)
-        found[row.name] = (base if row.parent == robot.root else ()) + _shifts(row.steps) + entries
+        found[row.name] = (base if row.parent == root else ()) + _shifts(row.steps) + entries
     return found | {frame.name: _shifts(frame.steps) for frame in robot.frames}
 
 
@@ -89,22 +121,17 @@ def _shifts(steps: tuple[Step, ...]) -> tuple[Expression, ...]:
     return tuple(step.value for step in steps if not step.kind.is_rotation)
 
 
-def _split(robot: Robot, length: Expression) -> tuple[dict[str, Expression], Expression]:
-    return linear(length, frozenset(variable.name for variable in robot.variables))
-
-
 def _values(robot: Robot) -> dict[str, float]:
     return {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
 
 
-def _constant(robot: Robot, length: Expression) -> float:
-    """What a length measures when all joint variables are zero."""
-    return abs(float(evaluate(_split(robot, length)[1], _values(robot), FLOATS)))
+def _constant(length: Expression, values: Mapping[str, float]) -> float:
+    """What the part of a length measures that has no joint variable."""
+    return abs(float(evaluate(length, values, FLOATS)))
 
 
-def _largest(robot: Robot, length: Expression, largest: Mapping[str, float]) -> float:
-    """The most that a length can measure over the joint box."""
-    factors, _ = _split(robot, length)
-    values = _values(robot)
+def _largest(length: Expression, values: Mapping[str, float], largest: Mapping[str, float]) -> float:
+    """The most that a length can measure over the joint box, from the magnitudes of parameters and joints."""
+    factors, constant = linear(length, frozenset(largest))
     strokes = (abs(float(evaluate(factor, values, FLOATS))) * largest[name] for name, factor in factors.items())
-    return _constant(robot, length) + sum(strokes)
+    return _constant(constant, values) + sum(strokes)

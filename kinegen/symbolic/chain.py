@@ -81,14 +81,15 @@ def _resolve(robot: Robot, frame: FrameName) -> str:
 
 def _ancestry(robot: Robot, name: str) -> list[str]:
     """The frames from below the root down to `name`; the root itself is left out."""
-    parents = {row.name: _ORIGIN if row.parent == robot.root else row.parent for row in robot.rows}
-    parents[_ORIGIN] = robot.root
+    root = robot.root
+    parents = {row.name: _ORIGIN if row.parent == root else row.parent for row in robot.rows}
+    parents[_ORIGIN] = root
     if not robot.is_tree:
         parents[TOOL] = robot.leaves[0] if robot.rows else _ORIGIN
     for frame in robot.frames:
         parents[frame.name] = _resolve(robot, frame.parent)
     path: list[str] = []
-    while name != robot.root:
+    while name != root:
         path.append(name)
         name = parents[name]
     return path[::-1]

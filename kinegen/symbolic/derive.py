@@ -11,6 +11,7 @@ from kinegen.symbolic.actuators import kernels as actuators_kernels
 from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.forward import derive_frames
 from kinegen.symbolic.hessian import derive_hessian
+from kinegen.symbolic.inverse.aim import derive_axis_inverse
 from kinegen.symbolic.inverse.derive import derive_inverse
 from kinegen.symbolic.jacobian import derive_jacobian
 from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation, derive_orientation_jacobian
@@ -35,7 +36,7 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
     Raises:
         KinegenError: If the quantity names a frame that does not exist; the message lists those that do.
     """
-    if quantity.frame.isdecimal():
+    if quantity.frame.isdecimal() or quantity.seen_from.isdecimal():
         known = ", ".join(dict.fromkeys((BASE, *robot.frame_names)))
         raise KinegenError(f"{quantity}: functions are named after frames, not after their numbers (expected {known})")
     match quantity.kind:
@@ -55,6 +56,8 @@ def derive(robot: Robot, quantity: Quantity) -> Expressions:
             return derive_parameter_jacobian(robot, quantity)
         case Kind.INVERSE_POSE | Kind.TRANSFORM_POINT | Kind.ADJOINT:
             return derive_se3(robot, quantity)
+        case Kind.AXIS_INVERSE:
+            return derive_axis_inverse(robot, quantity)
         case Kind.INVERSE:
             return derive_inverse(robot, quantity)
         case kind if kind in actuators_kernels.KINDS:

@@ -31,6 +31,7 @@ from kinegen.symbolic.signatures import (
     joint_symbols,
     parameter_symbols,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import symbols
 
@@ -51,7 +52,9 @@ def derive_hessian(robot: Robot, quantity: Quantity) -> Expressions:
     """
     values = symbols(robot, keep_parameters=False)
     joints = joint_symbols(robot, values)
-    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [
+        transforms_between(robot, start_of(robot, quantity), frame, values) for frame in frames_of(robot, quantity)
+    ]
     rates = [_moving(rates_by(chain, joints)) for chain in chains]
     found = derivative_of([_one_by_one(chain, each) for chain, each in zip(chains, rates, strict=True)])
     tape = Tape(list(found.definitions))

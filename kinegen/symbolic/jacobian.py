@@ -15,6 +15,7 @@ from kinegen.symbolic.signatures import (
     parameter_symbols,
     pose_array,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import symbols
 
@@ -43,7 +44,9 @@ def derive_jacobian(robot: Robot, quantity: Quantity) -> Expressions:
     values = symbols(robot, keep_parameters=False)
     joints = joint_symbols(robot, values)
     with_poses = quantity.kind is Kind.FK_JACOBIAN
-    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [
+        transforms_between(robot, start_of(robot, quantity), frame, values) for frame in frames_of(robot, quantity)
+    ]
     found = derivative(chains, joints, quantity.reference, with_poses)
     jacobian = frame_array(robot, quantity, "jacobian", (6, robot.dof))
     results = (pose_array(robot, quantity), jacobian) if with_poses else (jacobian,)

@@ -25,6 +25,7 @@ from kinegen.symbolic.signatures import (
     joint_symbols,
     parameter_symbols,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import Turn, Values, symbols
 
@@ -118,7 +119,11 @@ def derive_orientation_jacobian(robot: Robot, quantity: Quantity) -> Expressions
 def _turns(robot: Robot, quantity: Quantity, values: Values) -> list[tuple[Turn, ...]]:
     """The turns on the way from the base to each frame."""
     return [
-        tuple(step for step in transforms_between(robot, robot.root, frame, values) if isinstance(step, Turn))
+        tuple(
+            step
+            for step in transforms_between(robot, start_of(robot, quantity), frame, values)
+            if isinstance(step, Turn)
+        )
         for frame in frames_of(robot, quantity)
     ]
 

@@ -15,6 +15,7 @@ from kinegen.symbolic.signatures import (
     joint_symbols,
     parameter_symbols,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import symbols
 
@@ -43,7 +44,9 @@ def derive_parameter_jacobian(robot: Robot, quantity: Quantity) -> Expressions:
             "(as in --wrt dh), or write runtime: true in the file"
         )
     values = symbols(robot, keep_parameters=False)
-    chains = [transforms_between(robot, robot.root, frame, values) for frame in frames_of(robot, quantity)]
+    chains = [
+        transforms_between(robot, start_of(robot, quantity), frame, values) for frame in frames_of(robot, quantity)
+    ]
     found = derivative(chains, [values[parameter.name] for parameter in varied], quantity.reference)
     jacobian = frame_array(robot, quantity, "jacobian", (6, len(varied)))
     return Expressions(

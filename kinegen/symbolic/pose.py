@@ -25,6 +25,7 @@ from kinegen.symbolic.signatures import (
     parameter_symbols,
     pose_array,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import Elementary, Turn, symbols
 
@@ -77,7 +78,7 @@ def derive_pose(robot: Robot, quantity: Quantity = Quantity.POSE) -> Expressions
     entries: list[sp.Expr] = []
     frames = frames_of(robot, quantity)
     for frame in frames:
-        folded = fold(transforms_between(robot, robot.root, frame, values))
+        folded = fold(transforms_between(robot, start_of(robot, quantity), frame, values))
         columns, position = evaluate(folded, cheapest_plan(folded), tape)
         entries += pose_entries(columns, position, folded.attitude)
     best = (tuple(tape.definitions), tuple(entries))

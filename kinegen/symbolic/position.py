@@ -17,6 +17,7 @@ from kinegen.symbolic.signatures import (
     parameter_symbols,
     point_array,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import symbols
 
@@ -38,7 +39,7 @@ def derive_position(robot: Robot, quantity: Quantity = Quantity.POSITION) -> Exp
     tape = Tape()
     entries: list[sp.Expr] = []
     for frame in frames_of(robot, quantity):
-        folded = fold(transforms_between(robot, robot.root, frame, values))
+        folded = fold(transforms_between(robot, start_of(robot, quantity), frame, values))
         _, position = evaluate(folded, Plan((0, 1)), tape)
         entries += position
     return Expressions(

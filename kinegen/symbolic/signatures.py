@@ -19,22 +19,27 @@ def frames_of(robot: Robot, quantity: Quantity) -> tuple[str, ...]:
     return robot.frame_names if quantity.kind is Kind.FRAMES else robot.tips
 
 
+def start_of(robot: Robot, quantity: Quantity) -> str:
+    """The frame in which the frames of a quantity are seen: the base, unless it names another."""
+    return quantity.seen_from or robot.root
+
+
 def joint_array(robot: Robot, name: str = "q") -> Array:
     """The joint vector, or its rates."""
     return Array(name, (robot.dof,))
 
 
 def pose_array(robot: Robot, quantity: Quantity) -> Array:
-    """The poses of the frames of a quantity in the base frame."""
+    """The poses of the frames of a quantity in the base frame, or in the frame from which they are seen."""
     if per_frame(robot, quantity):
         return Array(f"base_T_{_plural(quantity)}", (len(frames_of(robot, quantity)), 4, 4), True, True)
-    return Array(f"base_T_{quantity.frame or TIP}", (4, 4), True)
+    return Array(f"{quantity.seen_from or 'base'}_T_{quantity.frame or TIP}", (4, 4), True)
 
 
 def point_array(robot: Robot, quantity: Quantity) -> Array:
-    """The positions of the frames of a quantity in the base frame."""
+    """The positions of the frames of a quantity in the base frame, or in the frame from which they are seen."""
     name = _plural(quantity) if per_frame(robot, quantity) else quantity.frame or TIP
-    return frame_array(robot, quantity, f"base_p_{name}", (3,))
+    return frame_array(robot, quantity, f"{quantity.seen_from or 'base'}_p_{name}", (3,))
 
 
 def frame_array(robot: Robot, quantity: Quantity, name: str, shape: tuple[int, ...]) -> Array:

@@ -26,6 +26,7 @@ from kinegen.symbolic.signatures import (
     joint_symbols,
     parameter_symbols,
     signature,
+    start_of,
 )
 from kinegen.symbolic.transforms import Turn, symbols
 
@@ -63,7 +64,7 @@ def derive_velocity(robot: Robot, quantity: Quantity) -> Expressions:
     tape = Tape()
     entries: list[sp.Expr] = []
     for frame in frames_of(robot, quantity):
-        steps = transforms_between(robot, robot.root, frame, values)
+        steps = transforms_between(robot, start_of(robot, quantity), frame, values)
         walk = _Walk(tape, rates, accelerations, quantity.reference)
         turns = rates_by(steps, joints)
         walk.inwards(reverse(steps, turns) if quantity.reference is Reference.LOCAL else mark(steps, turns))

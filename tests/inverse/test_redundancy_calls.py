@@ -155,6 +155,7 @@ def test_a_page_searches_and_refuses_the_closed_form() -> None:
         page_kernels(PANDA, (INVERSE,))
 
 
+@pytest.mark.languages
 @pytest.mark.parametrize("name", ["cpp", "rust", "javascript"])
 def test_every_language_takes_it(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     language = LANGUAGES[name]

@@ -45,7 +45,9 @@ def test_with_the_wrist_in_line_joint_4_stands_at_zero_and_joint_6_takes_the_sum
 
 
 @pytest.mark.parametrize("bend", [0.0, np.pi])
-@pytest.mark.parametrize("limits", ["[-100, 100]", "[-30, 80]", "[100, 200]", "[-170, 170]"])
+@pytest.mark.parametrize(
+    "limits", ["[-100, 100]", "[-30, 80]", "[100, 200]", "[-170, 170]", "[-100, 260]", "[-180, 180]"]
+)
 @pytest.mark.parametrize("sign", ["q", "-q"])
 def test_with_the_wrist_in_line_joint_6_keeps_its_limits(bend: float, limits: str, sign: str) -> None:
     """Joint 4 alone, or joint 6 alone, could not always make the sum of the two."""

@@ -8,9 +8,10 @@ from fractions import Fraction
 from functools import lru_cache
 
 from kinegen.ir.bounds.graph import Graph, Interval, Ranges, graph_of, intervals
-from kinegen.ir.bounds.norms import Group, Norms, Single
+from kinegen.ir.bounds.groups import Group, Groups
+from kinegen.ir.bounds.norms import Norms, Single
 from kinegen.ir.bounds.numbers import ONE, ZERO, NumberType, UnboundedError, largest_cosine, largest_sine, lower, upper
-from kinegen.ir.bounds.rows import Row, all_rows
+from kinegen.ir.bounds.rows import all_rows
 from kinegen.ir.program import Operator, Program, Variable
 from kinegen.ir.values import Half, Node
 
@@ -29,8 +30,8 @@ def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single,
     Raises:
         UnboundedError: If a result may overflow or a divisor vanish.
     """
-    graph, rows = _structure(program)
-    known = Norms(graph, rows, real)
+    groups = _groups(program)
+    graph, known = groups.graph, Norms(groups, real)
     analysis = _Analysis(graph, intervals(graph, program, ranges), real, known)
     for number in range(len(graph.nodes)):
         known.singles.append(analysis.single(number))
@@ -38,10 +39,10 @@ def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single,
 
 
 @lru_cache(maxsize=16)
-def _structure(program: Program) -> tuple[Graph, tuple[tuple[Row, ...], ...]]:
+def _groups(program: Program) -> Groups:
     """The values of a program and the rows among them, which are the same for all ranges and number types."""
     graph = graph_of(program)
-    return graph, all_rows(graph)
+    return Groups(graph, all_rows(graph))
 
 
 class _Analysis:
@@ -130,8 +131,8 @@ class _Analysis:
             yield first * second
             return
         yield first + second
-        for image in self.known.images((number,)):
-            yield image.matrix.scale * self.known.exact(image.operands)
+        for image in self.known.groups.images((number,)):
+            yield self.known.matrix(image).scale * self.known.exact(image.operands)
         for left, right in self._scalar_products(number):
             yield self.known.exact(left) * self.known.exact(right)
 
@@ -144,8 +145,8 @@ class _Analysis:
             yield first.computed * second.error + second.exact * first.error
             return
         yield first.error + second.error
-        for image in self.known.images((number,)):
-            yield image.matrix.scale * self.known.error(image.operands) + self.known.before_rounding(image)
+        for image in self.known.groups.images((number,)):
+            yield self.known.matrix(image).scale * self.known.error(image.operands) + self.known.before_rounding(image)
         for left, right in self._scalar_products(number):
             reached = self.known.computed(left)
             grown = self.known.error(left) * self.known.exact(right) + reached * self.known.error(right)
@@ -156,7 +157,7 @@ class _Analysis:
         """The vectors whose scalar product a sum of two products is, in both ways to form them."""
         first, second = self.graph.operands(number)
         both = (self.graph.operation(first), self.graph.operation(second))
-        if both == (Operator.MUL, Operator.MUL) and not self.known.rows[number]:
+        if both == (Operator.MUL, Operator.MUL) and not self.known.groups.rows[number]:
             (a, b), (c, d) = self.graph.operands(first), self.graph.operands(second)
             yield (a, c), (b, d)
             yield (a, d), (b, c)

@@ -15,24 +15,13 @@ Of all rules that fit the smallest bound is kept, so a rule can help and never h
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from kinegen.ir.bounds.graph import Graph
+from kinegen.ir.bounds.groups import Group, Groups, Image, Shape
 from kinegen.ir.bounds.matrices import Matrix, matrix
 from kinegen.ir.bounds.numbers import ONE, ZERO, NumberType, norm
-from kinegen.ir.bounds.rows import Row, turns
-from kinegen.ir.program import Operator
-
-Group = tuple[int, ...]
-
-_Shape = tuple[int | None, tuple[tuple[tuple[int, int, int], ...], ...]]
-"""An angle, and for each row its factors with their signs and the places of the operands."""
-
-_LARGEST_GROUP = 3
-"""Vectors have three entries; larger groups would cost more than they ever gain."""
 
 _FAR = 800
 """Values with so many others between them are bounded each by itself: what they share is far behind, and all pairs of a
@@ -40,8 +29,6 @@ long chain would be as many as the square of its length."""
 
 _DEEP = 120
 """So many groups are looked at for the sake of one; beyond that, too, each value is bounded by itself."""
-
-_SUMS = (Operator.ADD, Operator.SUB)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,46 +48,22 @@ class Single:
     rounding: Decimal
 
 
-@dataclass(frozen=True, slots=True)
-class Image:
-    """Part of a group as the product of a matrix with other values.
-
-    Attributes:
-        rows: The one or two values that are the product.
-        matrix: What is known of the matrix.
-        operands: The one or two values that are multiplied.
-        rest: The other values of the group.
-    """
-
-    rows: tuple[Row, ...]
-    matrix: Matrix
-    operands: Group
-    rest: Group
-
-    @property
-    def scale(self) -> Decimal:
-        """How much the norm of the operands and the rest can grow."""
-        return max(ONE, self.matrix.scale) if self.rest else self.matrix.scale
-
-
 @dataclass(slots=True)
 class Norms:
     """Bounds of groups of values, worked out when they are asked for.
 
     Attributes:
-        graph: The values.
-        rows: The ways in which each value is a row.
+        groups: The values, and what groups of them have in common.
         real: The number type.
         singles: The values known so far; the others follow in order.
     """
 
-    graph: Graph
-    rows: tuple[tuple[Row, ...], ...]
+    groups: Groups
     real: NumberType
     singles: list[Single] = field(default_factory=list)
     _exact: dict[Group, Decimal] = field(default_factory=dict)
     _error: dict[Group, Decimal] = field(default_factory=dict)
-    _matrices: dict[_Shape, Matrix] = field(default_factory=dict)
+    _matrices: dict[Shape, Matrix] = field(default_factory=dict)
     _depth: int = 0
 
     def exact(self, group: Group) -> Decimal:
@@ -143,80 +106,38 @@ class Norms:
 
     def _exact_bounds(self, group: Group) -> Iterator[Decimal]:
         yield self._apart_exact(group)
-        for image in self.images(group):
-            yield image.scale * self.exact(image.operands + image.rest)
-        for kept, added, _ in self._splits(group):
+        for image in self.groups.images(group):
+            yield self._scale(image) * self.exact(image.operands + image.rest)
+        for kept, added, _ in self.groups.splits(group):
             yield self.exact(kept) + self.exact(added)
-        for factor, others in self._common_factors(group):
+        for factor, others in self.groups.common_factors(group):
             yield self.singles[factor].exact * self.exact(others)
 
     def _error_bounds(self, group: Group) -> Iterator[Decimal]:
         yield self._apart_error(group)
-        for image in self.images(group):
+        for image in self.groups.images(group):
             local = self.before_rounding(image)
             local += self._last_roundings(image, local)
-            yield image.scale * self.error(image.operands + image.rest) + local
+            yield self._scale(image) * self.error(image.operands + image.rest) + local
             if image.rest:
-                yield norm(image.matrix.scale * self.error(image.operands) + local, self.error(image.rest))
-        for kept, added, sums in self._splits(group):
+                yield norm(self.matrix(image).scale * self.error(image.operands) + local, self.error(image.rest))
+        for kept, added, sums in self.groups.splits(group):
             yield self.error(kept) + self.error(added) + self._roundings(sums)
-        for factor, others in self._common_factors(group):
+        for factor, others in self.groups.common_factors(group):
             known = self.singles[factor]
             grown = known.exact * self.error(others) + known.error * self.computed(others)
             yield grown + self._roundings(group)
 
-    def images(self, group: Group) -> Iterator[Image]:
-        """The ways to see the latest value of a group, alone or with another one, as a product with a matrix."""
-        latest, rest = group[-1], group[:-1]
-        for row in self.rows[latest]:
-            paired = False
-            for place, partner in enumerate(rest):
-                for other in self.rows[partner]:
-                    operands = tuple(dict.fromkeys(row.operands + other.operands))
-                    if turns(row, other, self.graph) or (row.angle is other.angle is None and len(operands) < 3):
-                        paired = True
-                        others = rest[:place] + rest[place + 1 :]
-                        yield Image((row, other), self._matrix(row, other), operands, others)
-            multiplies = row.terms[0].product is not None or len(row.terms) > 1
-            if multiplies and not paired and len(row.terms) + len(rest) <= _LARGEST_GROUP:
-                yield Image((row,), self._matrix(row), row.operands, rest)
-
-    def _matrix(self, *rows: Row) -> Matrix:
-        """What is known of the matrix of some rows, worked out once for all that they may multiply."""
-        places = {
-            operand: place for place, operand in enumerate(dict.fromkeys(o for row in rows for o in row.operands))
-        }
-        shape = tuple(tuple((term.factor, term.sign, places[term.operand]) for term in row.terms) for row in rows)
-        if (known := self._matrices.get((rows[0].angle, shape))) is None:
-            known = self._matrices[rows[0].angle, shape] = matrix(rows, self.graph, self.singles, self.real)
+    def matrix(self, image: Image) -> Matrix:
+        """What is known of the matrix of an image, worked out once for all that it may multiply."""
+        if (known := self._matrices.get(image.shape)) is None:
+            known = self._matrices[image.shape] = matrix(image.rows, self.groups.graph, self.singles, self.real)
         return known
 
-    def _splits(self, group: Group) -> Iterator[tuple[Group, Group, Group]]:
-        """The ways to split sums that are no rows: what is kept, what is added to it, and the sums."""
-        if not self._is_plain_sum(group[-1]):
-            return
-        choices: list[list[tuple[Group, Group]]] = []
-        for number in group:
-            choices.append([] if number == group[-1] else [((number,), ())])
-            if self._is_plain_sum(number):
-                first, second = self.graph.operands(number)
-                choices[-1] += [((first,), (second,)), ((second,), (first,))]
-        for choice in itertools.product(*choices):
-            kept = tuple(itertools.chain.from_iterable(part for part, _ in choice))
-            added = tuple(itertools.chain.from_iterable(part for _, part in choice))
-            yield kept, added, tuple(number for number, (_, part) in zip(group, choice, strict=True) if part)
-
-    def _is_plain_sum(self, number: int) -> bool:
-        return self.graph.operation(number) in _SUMS and not self.rows[number]
-
-    def _common_factors(self, group: Group) -> Iterator[tuple[int, Group]]:
-        """The factors that all values of a group share, each with what it multiplies."""
-        if any(self.graph.operation(number) is not Operator.MUL for number in group):
-            return
-        products = [self.graph.operands(number) for number in group]
-        for factor in dict.fromkeys(products[-1]):
-            if all(factor in product for product in products):
-                yield factor, tuple(one if other == factor else other for one, other in products)
+    def _scale(self, image: Image) -> Decimal:
+        """How much the norm of the operands and the rest can grow."""
+        scale = self.matrix(image).scale
+        return max(ONE, scale) if image.rest else scale
 
     # Rounding ---------------------------------------------------------------------------------------------------------
 
@@ -225,13 +146,13 @@ class Norms:
 
     def before_rounding(self, image: Image) -> Decimal:
         """What a product with a matrix adds to errors before its last roundings: wrong entries, rounded products."""
-        computed = self.computed(image.operands)
-        added = image.matrix.wobble * computed
+        computed, known = self.computed(image.operands), self.matrix(image)
+        added = known.wobble * computed
         sums = [row for row in image.rows if len(row.terms) > 1]
         if sums:
             products = [[term.product for term in row.terms if term.product is not None] for row in sums]
             sizes = [sum((self.singles[number].rounding for number in row), ZERO) for row in products]
-            relative = self.real.unit * image.matrix.weight * computed
+            relative = self.real.unit * known.weight * computed
             added += min(norm(*sizes), relative + sum(map(len, products)) * self.real.underflow)
         return added
 
@@ -241,5 +162,5 @@ class Norms:
         absolute = self._roundings(values)
         if not absolute:
             return ZERO
-        reached = self.exact(values) + image.matrix.scale * self.error(image.operands) + before
+        reached = self.exact(values) + self.matrix(image).scale * self.error(image.operands) + before
         return min(absolute, self.real.unit * reached + len(values) * self.real.underflow)

@@ -23,6 +23,7 @@ from kinegen.symbolic.signatures import (
     parameter_symbols,
     pose_array,
     signature,
+    start_of,
 )
 
 KINDS = (Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
@@ -84,7 +85,7 @@ def _pose(robot: Robot, quantity: Quantity) -> Expressions:
     tape = Tape()
     entries: list[sp.Expr] = []
     for frame in frames_of(robot, quantity):
-        folded = fold(transforms_between(robot, robot.root, frame, train.values))
+        folded = fold(transforms_between(robot, start_of(robot, quantity), frame, train.values))
         columns, position = evaluate(folded, cheapest_plan(folded), tape)
         entries += pose_entries(columns, position, folded.attitude)
     return _expressions(train, quantity, pose_array(robot, quantity), _joined(train, tape.definitions, entries))
@@ -94,7 +95,10 @@ def _jacobian(robot: Robot, quantity: Quantity) -> Expressions:
     """By the chain rule: the derivative by whatever the joints are sums of, times its derivative by the readings."""
     train = drivetrain(robot)
     moving = (*train.readings, *train.parts)
-    chains = [transforms_between(robot, robot.root, frame, train.values) for frame in frames_of(robot, quantity)]
+    chains = [
+        transforms_between(robot, start_of(robot, quantity), frame, train.values)
+        for frame in frames_of(robot, quantity)
+    ]
     found = derivative(chains, moving, quantity.reference)
     entries = _joined(train, found.definitions, found.entries)
     rates = [[train.rate(symbol, reading) for symbol in moving] for reading in train.readings]

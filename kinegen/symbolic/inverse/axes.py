@@ -162,10 +162,27 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
         return (f"it has {len(robot.tips)} tips, not one: {', '.join(robot.tips)}",)
     if not robot.dof:
         return ("it has no joint variable",)
+    found = axes_between(robot, robot.root, TOOL)
+    if isinstance(found, Axes):
+        return replace(found, joints=tuple(sorted(found.joints, key=lambda joint: joint.number)))
+    return found
+
+
+def axes_between(robot: Robot, start: str, end: str) -> Axes | tuple[str, ...]:
+    """Find the axes of all joints on the way from one frame to another in the zero pose.
+
+    Args:
+        robot: The robot; parameters that are not runtime parameters become numbers.
+        start: The frame in which the axes are.
+        end: The frame whose pose they change.
+
+    Returns:
+        The axes, joints in the order of the way; or, where they do not tell the whole motion, the reasons.
+    """
     values = symbols(robot, keep_parameters=False)
     moves = {values[variable.name]: variable.index + 1 for variable in robot.variables}
     walker = _Walker(moves)
-    for step in transforms_between(robot, robot.root, TOOL, values):
+    for step in transforms_between(robot, start, end, values):
         walker.step(step)
     still = [
         f"joint {number} ({symbol}) moves nothing" for symbol, number in moves.items() if symbol not in walker.found
@@ -173,7 +190,8 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
     if walker.failures or still:
         return (*walker.failures, *still)
     joints = []
-    for variable in robot.variables:
+    order = list(walker.found)
+    for variable in sorted(robot.variables, key=lambda variable: order.index(values[variable.name])):
         turns, direction, point, rate = walker.found[values[variable.name]]
         if turns != (variable.type is not JointType.PRISMATIC):
             return (f"joint {variable.index + 1} ({variable.name}) is a screw",)

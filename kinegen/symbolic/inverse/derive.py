@@ -14,9 +14,12 @@ from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.expressions import Expressions, Tape, number_of
 from kinegen.symbolic.fold import Vector
+from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT
 from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.own_chain import own_chain
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
 from kinegen.symbolic.inverse.redundancy import given, moved_back
+from kinegen.symbolic.inverse.refine import nearly_solved
 from kinegen.symbolic.inverse.solutions import joint_values
 from kinegen.symbolic.inverse.solve import reads_attitude, solve
 from kinegen.symbolic.inverse.steps import ZERO, Steps
@@ -50,16 +53,20 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     rotation: tuple[Vector, ...] = tuple((row[0], row[1], row[2]) for row in names)
     position = (sp.Dummy("px", real=True), sp.Dummy("py", real=True), sp.Dummy("pz", real=True))
     tape = Tape()
-    steps = Steps(tape, family.axes.value, thresholds_of(family, reach(robot)))
+    steps = Steps(tape, family.axes.value, thresholds_of(family, size_of(robot, family)))
     extra = (sp.Dummy("redundancy", real=True),) if family.redundancy else ()
     value = extra[0] if extra else ZERO
-    target = moved_back(steps, family, Target((rotation[0], rotation[1], rotation[2]), position), value)
+    tool = Target((rotation[0], rotation[1], rotation[2]), position)
     held = given(steps, family, value)
-    found = [joint_values(steps, solution, held) for solution in solve(steps, family, target, value)]
+    if family.defect is None:
+        solutions = solve(steps, family, moved_back(steps, family, tool, value), value)
+    else:
+        solutions = nearly_solved(steps, family, family.defect, tool)
+    found = [joint_values(steps, solution, held) for solution in solutions]
     branches = len(family.branches)
-    solutions = Array("solutions", (branches, robot.dof), per_branch=True)
+    joints = Array("solutions", (branches, robot.dof), per_branch=True)
     inputs = (POSE, *[REDUNDANCY] * bool(extra))
-    results = (solutions, Array("valid", (branches,), is_truth=True))
+    results = (joints, Array("valid", (branches,), is_truth=True))
     return Expressions(
         signature=replace(signature(robot, quantity, inputs, *results), branches=branches_of(robot, family)),
         variables=(*(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)), *extra),
@@ -71,7 +78,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
 
 def branches_of(robot: Robot, family: Family) -> Branches:
     """The branches of a family in words and numbers, which go with the kernel from here on."""
-    near, joints = thresholds_of(family, reach(robot)), family.joints
+    near, joints = thresholds_of(family, size_of(robot, family)), family.joints
     return Branches(
         family=family.name,
         names=family.branches,
@@ -83,6 +90,19 @@ def branches_of(robot: Robot, family: Family) -> Branches:
         reads_attitude=reads_attitude(family),
         redundancy=family.redundancy,
     )
+
+
+def size_of(robot: Robot, family: Family) -> float:
+    """The reach of an arm, without the huge lengths that cancel in the table of a calibrated arm."""
+    return reach(robot) if family.defect is None else own_chain(family.defect.axes).reach
+
+
+def singular_below(robot: Robot, family: Family) -> float:
+    """The least singular value of the Jacobian, lengths by the reach, below which branches of an arm may merge.
+
+    0 where the arm is one of its family.
+    """
+    return 0.0 if family.defect is None else SINGULAR_PER_DEFECT * family.defect.size(size_of(robot, family))
 
 
 def _allowance(bound: sp.Expr) -> Allowance:

@@ -13,6 +13,7 @@ import sympy as sp
 from kinegen.older import StrEnum
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.axes import Axes, JointAxis
+from kinegen.symbolic.inverse.defect import Defect
 from kinegen.symbolic.inverse.exact import Rotation
 from kinegen.symbolic.inverse.geometry import Planar, Waist, Wrist
 
@@ -240,6 +241,7 @@ class Family:
         conditions: What a target must be besides within reach, and what is chosen where there is a choice; sentences.
         redundancy: What is given besides the target: a joint, which is not in `axes`, or the arm angle; else empty.
         held: That joint, as in the whole chain from base to tool.
+        defect: What the arm is apart from one of the family, where it is only nearly one; `axes` are of that one.
     """
 
     name: str
@@ -251,6 +253,7 @@ class Family:
     conditions: tuple[str, ...]
     redundancy: str = ""
     held: JointAxis | None = None
+    defect: Defect | None = None
 
     @property
     def is_reversed(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import sympy as sp
@@ -139,7 +140,8 @@ class Wrist:
         if flange.limits is None:
             return None
         low, high = sorted(tidy(end * flange.rate) for end in flange.limits)
-        return (low, high) if high - low < 2 * sp.pi else None
+        # As numbers, since SymPy cannot compare ends that are rounded to many digits with a whole turn of 2 pi.
+        return (low, high) if float(high - low) < 2 * math.pi else None
 
 
 def wrist_of(roll: JointAxis, bend: JointAxis, flange: JointAxis, centre: Vector) -> Wrist:

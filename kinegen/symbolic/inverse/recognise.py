@@ -1,22 +1,32 @@
 """From a robot to the family of its inverse, or to the conditions that fail.
 
 The axes of the joints decide, not the table: any convention, base, tool and offset of the variables may have led to
-them. All conditions are exact. An arm that misses one by the last digit of a drawing is told so.
+them. All conditions are exact. An arm of six turning joints that misses some by a little, such as a calibrated one, is
+nearly of the family of the nearest arm that meets them; what it is apart from that goes with the family.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinegen.robot.model import Robot
 from kinegen.robot.redundancy import ARM_ANGLE
 from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
 from kinegen.symbolic.inverse.axes import Axes, joint_axes
 from kinegen.symbolic.inverse.conditions import Refusal
+from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT, Defect
 from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.own_chain import own_chain
 from kinegen.symbolic.inverse.redundancy import with_held, without_joint
+from kinegen.symbolic.inverse.special import special_arms
 from kinegen.symbolic.inverse.spherical import spherical_arm
+
+ANGLE = 0.005
+"""How far an axis may be turned from that of the nearest arm of a family, in radians."""
+
+LENGTH = 0.005
+"""How far it may be shifted, relative to the reach."""
 
 Recogniser = Callable[[Axes], Family]
 
@@ -46,7 +56,29 @@ def recognise(robot: Robot) -> Family | Unknown:
         return Unknown(axes)
     if robot.redundancy:
         return _redundant(axes, robot.redundancy)
-    return _family_of(axes)
+    found = _family_of(axes)
+    return found if isinstance(found, Family) else (nearest_family(axes) or found)
+
+
+def nearest_family(axes: Axes) -> Family | None:
+    """The family of the nearest special arm, if there is one within the limits of `ANGLE` and `LENGTH`."""
+    if not all(joint.turns for joint in axes.joints) or len(axes.joints) != 6 or axes.defaults:
+        return None
+    size = own_chain(axes).reach
+    near = [each for each in special_arms(axes) if each.angle < ANGLE and each.length < LENGTH * size]
+    for special in sorted(near, key=lambda each: max(each.angle, each.length / size)):
+        found = _family_of(special.axes)
+        if isinstance(found, Family):
+            defect = Defect(axes, special.failing, special.angle, special.length)
+            below = SINGULAR_PER_DEFECT * defect.size(size)
+            merging = (
+                "the arm is only nearly of its family: a branch that merges with another one is invalid, and may be "
+                "where the least singular value of the Jacobian, lengths divided by the reach of the arm "
+                f"({size:.4g}), is below {below:.1g}"
+            )
+            conditions = (*found.conditions, merging)
+            return replace(found, name=f"nearly {found.name}", conditions=conditions, defect=defect)
+    return None
 
 
 def _redundant(axes: Axes, redundancy: str) -> Family | Unknown:

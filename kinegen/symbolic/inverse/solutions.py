@@ -72,9 +72,9 @@ def joint_values(steps: Steps, solution: Solution, given: Given | None = None) -
         valid = _both(steps, valid, factor)
     values: dict[int, sp.Expr] = {given.number: given.value} if given else {}
     for joint, amount in solution.angles:
-        value = _wrapped(steps, joint, amount) if isinstance(amount, Angle) else steps.name(amount / joint.rate)
+        value = wrapped(steps, joint, amount) if isinstance(amount, Angle) else steps.name(amount / joint.rate)
         values[joint.number] = value
-        valid = _limited(steps, joint, value, valid)
+        valid = limited(steps, joint, value, valid)
     return tuple(values[number] for number in sorted(values)), valid
 
 
@@ -82,9 +82,9 @@ def _both(steps: Steps, left: sp.Expr, right: sp.Expr) -> sp.Expr:
     return right if left == ONE else left if right == ONE else steps.name(left * right)
 
 
-def _wrapped(steps: Steps, joint: JointAxis, angle: Angle) -> sp.Expr:
+def wrapped(steps: Steps, joint: JointAxis, angle: Angle) -> sp.Expr:
     """The variable of a joint that turns, brought by whole turns into its window."""
-    turn = _turn(joint)
+    turn = turn_of(joint)
     start = _window(joint, turn)
     value = steps.name(angle.value / joint.rate)
     bounds = sorted((angle.low / float(joint.rate), angle.high / float(joint.rate)))
@@ -96,7 +96,7 @@ def _wrapped(steps: Steps, joint: JointAxis, angle: Angle) -> sp.Expr:
     return value
 
 
-def _turn(joint: JointAxis) -> sp.Expr:
+def turn_of(joint: JointAxis) -> sp.Expr:
     """A whole turn of the axis, in units of the variable."""
     return tidy(2 * sp.pi / abs(joint.rate))
 
@@ -111,12 +111,12 @@ def _window(joint: JointAxis, turn: sp.Expr) -> sp.Expr:
     return min(max(-turn / 2, low), high - turn)
 
 
-def _limited(steps: Steps, joint: JointAxis, value: sp.Expr, valid: sp.Expr) -> sp.Expr:
+def limited(steps: Steps, joint: JointAxis, value: sp.Expr, valid: sp.Expr) -> sp.Expr:
     """`valid`, or 0 where a value is outside its limits."""
     if joint.limits is None:
         return valid
     low, high = joint.limits
-    if joint.turns and high - low >= _turn(joint):
+    if joint.turns and high - low >= turn_of(joint):
         return valid
     room = steps.near.room(joint)
     above = steps.select(low - room, value, valid, ZERO)

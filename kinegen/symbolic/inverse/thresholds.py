@@ -119,6 +119,11 @@ def thresholds_of(family: Family, reach: float) -> Thresholds:
     return Thresholds(_rounded(reach), _rounded(condition), _rounded((a + b) * (a + b + abs(a - b)) or 1.0))
 
 
+def plain_thresholds(reach: float) -> Thresholds:
+    """The thresholds of what has no elbow, of a reach in the length unit of the file."""
+    return Thresholds(_rounded(reach), sp.Rational(_LEAST_CONDITION), sp.S.One)
+
+
 def links_of(build: Build) -> tuple[Planar, Planar] | None:
     """The two links about the elbow of an arm; None where it has no elbow."""
     match build:

@@ -1,0 +1,228 @@
+"""Arms that are only nearly of a family: which geometry is found, and where the solutions lead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kinegen import reference
+from kinegen.cli import main
+from kinegen.emit.reals import Real
+from kinegen.formats.load import load, loads
+from kinegen.ir.lower import lower
+from kinegen.native.package import load_package
+from kinegen.outputs import Kind, Quantity
+from kinegen.pipeline import build
+from kinegen.results import BuildOptions
+from kinegen.robot.extent import joint_box
+from kinegen.robot.model import TOOL, Robot
+from kinegen.symbolic.inverse import derive, refine
+from kinegen.symbolic.inverse.apart import tip_apart
+from kinegen.symbolic.inverse.defect import Defect
+from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.own_chain import own_chain
+from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from tests.inverse.arms import Arm, Floats, distances, errors, evaluate, joint_vectors
+
+FOLDER = Path(__file__).parent / "robots"
+ROBOTS = Path(__file__).parents[2] / "robots"
+UR = load(FOLDER / "ur5_calibrated.yaml")
+MAKER = load(Path(__file__).parents[1] / "bounds" / "ur5_calibrated.yaml")
+WRIST = load(FOLDER / "wrist_calibrated.yaml")
+SHOULDER = loads(
+    """
+kinegen: 1
+name: shoulder_calibrated
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: j1, theta: q, d: 0.3, a: 0.0003, alpha: -90.02}
+  - {name: j2, theta: 0.03 - q, d: 0.0002, a: -0.0004, alpha: 89.97}
+  - {name: j3, theta: q, d: 0.4, a: 0.0002, alpha: 90.03}
+  - {name: j4, theta: q, d: 0.0001, a: 0.35, alpha: 0.05}
+  - {name: j5, theta: 2*q, d: 0.1, a: 0.25, alpha: 60}
+  - {name: j6, theta: q, d: 0.12, a: 0.01, alpha: 0}
+""",
+    "shoulder_calibrated.yaml",
+)
+"""Seen from the tool, it has a spherical wrist; one of its joints goes backwards, and one at twice its rate."""
+
+
+def _nearly(robot: Robot) -> tuple[Family, Defect]:
+    family = recognise(robot)
+    assert isinstance(family, Family)
+    assert family.defect is not None
+    return family, family.defect
+
+
+@pytest.mark.parametrize(
+    ("robot", "name", "failing"),
+    [
+        (UR, "nearly UR type: parallel axes 2, 3, 4", ["axes 2, 3 and 4 are parallel", "axes 5 and 6 meet"]),
+        (MAKER, "nearly UR type: parallel axes 2, 3, 4", ["axes 2, 3 and 4 are parallel", "axes 5 and 6 meet"]),
+        (
+            WRIST,
+            "nearly arm with parallel axes 2, 3 and spherical wrist",
+            ["axes 2 and 3 are parallel", "axes 4, 5 and 6 meet"],
+        ),
+    ],
+    ids=["UR", "maker's", "wrist"],
+)
+def test_the_nearest_geometry_is_found_from_the_lines(robot: Robot, name: str, failing: list[str]) -> None:
+    family, defect = _nearly(robot)
+
+    assert family.name == name
+    assert set(failing) < {each.text for each in defect.failing}
+    assert defect.size(derive.size_of(robot, family)) < 0.003
+    assert 0 < tip_apart(robot, family).length < 0.004 * derive.size_of(robot, family)
+
+
+def test_huge_lengths_that_cancel_are_no_part_of_the_reach() -> None:
+    family, defect = _nearly(MAKER)
+
+    assert 1.0 < derive.size_of(MAKER, family) < 1.2
+    numbers = [abs(float(each)) for link in own_chain(defect.axes).links for each in (link.shift, link.across)]
+    assert max(numbers) < 0.5
+
+
+@pytest.mark.parametrize("robot", [UR, MAKER, SHOULDER], ids=["UR", "maker's", "shoulder"])
+def test_the_own_chain_is_the_arm(robot: Robot) -> None:
+    _, defect = _nearly(robot)
+    chain, low_high = own_chain(defect.axes), np.array(joint_box(robot)).T
+    q = np.random.default_rng(1).uniform(*low_high)
+    pose = _matrix(chain.rotation, chain.origin)
+    for place, value in enumerate(q):
+        rate = float(defect.axes.joints[place].rate)
+        link = chain.links[place] if place < 5 else None
+        pose = pose @ _turn(2, rate * value + (float(link.lead) if link else 0.0))
+        if link:
+            pose = pose @ _matrix(np.eye(3), (link.across, 0, link.shift))
+            pose = pose @ _turn(0, _angle(link.tilt)) @ _turn(1, _angle(link.lean))
+    pose = pose @ _matrix(chain.hand_rotation, chain.hand_origin)
+
+    np.testing.assert_allclose(
+        pose, reference.pose(robot, q[None])[0, 0], atol=2e-12 * max(1.0, float(np.abs(pose).max()))
+    )
+
+
+def _matrix(rotation: object, origin: object) -> Floats:
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.array(rotation, float), np.array(origin, float)
+    return pose
+
+
+def _turn(axis: int, angle: float) -> Floats:
+    pose, i, j = np.eye(4), (axis + 1) % 3, (axis + 2) % 3
+    pose[[i, j], [i, j]], pose[i, j], pose[j, i] = np.cos(angle), -np.sin(angle), np.sin(angle)
+    return pose
+
+
+def _angle(pair: object) -> float:
+    cosine, sine = np.array(pair, float)
+    return float(np.arctan2(sine, cosine))
+
+
+@pytest.fixture(scope="module", params=[UR, SHOULDER], ids=["UR", "shoulder"])
+def one_branch(request: pytest.FixtureRequest) -> Arm:
+    """The first branch of an arm by itself: all of them take eight times as long to derive."""
+    robot: Robot = request.param
+    whole, _ = _nearly(robot)
+    family = replace(whole, branches=whole.branches[:1])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(derive, "family_of", lambda _: family)
+        patch.setattr(derive, "nearly_solved", lambda *given: islice(refine.nearly_solved(*given), 1))
+        program = lower(derive.derive_inverse(robot, Quantity(Kind.INVERSE)))
+    return Arm(robot, family, program, ())
+
+
+def test_a_branch_leads_to_the_target_and_is_not_missed(one_branch: Arm) -> None:
+    robot, family = one_branch.robot, one_branch.family
+    size = derive.size_of(robot, family)
+    start, valid = evaluate(one_branch, reference.pose(robot, joint_vectors(robot, 4000, 3))[:, 0])
+    there = start[valid[:, 0] != 0, 0]
+    assert len(there) > 1500
+    q = there + np.random.default_rng(4).uniform(-0.02, 0.02, there.shape)
+    q = q[(np.array(joint_box(robot)).T[0] < q).all(axis=1) & (q < np.array(joint_box(robot)).T[1]).all(axis=1)]
+    poses = reference.pose(robot, q)[:, 0]
+
+    solutions, valid = evaluate(one_branch, poses)
+
+    solved = valid[:, 0] != 0
+    assert (errors(one_branch, np.where(valid[..., None], solutions, 0), poses)[solved, 0] < 3e-12 * size).all()
+    weights = np.array([1 / size] * 3 + [1.0] * 3)[:, None]
+    least = np.linalg.svd(reference.Kinematics(robot, q).jacobian(TOOL) * weights, compute_uv=False).min(axis=1)
+    found = solved & (distances(one_branch, solutions, q)[:, 0] < 1e-8)
+    # A step of 0.02 rad may lead through a singular pose into another branch, but not beyond such poses.
+    clear = least > 3 * derive.singular_below(robot, family)
+    assert clear.mean() > 0.5
+    assert found[clear].mean() > 0.998
+
+
+def test_what_is_not_finite_or_far_away_is_not_solved(one_branch: Arm) -> None:
+    poses = np.repeat(np.eye(4)[None], 27, axis=0)
+    for place in range(12):
+        poses[place].flat[place] = np.nan
+        poses[12 + place].flat[place] = (-1) ** place * np.inf
+    poses[24, :3, 3] = 1e9
+    poses[25, :3, :3] *= 2
+    poses[26, 0, 0] = -1
+
+    _, valid = evaluate(one_branch, poses)
+
+    assert not valid.any()
+
+
+@pytest.mark.parametrize("change", ["a: 600.57, alpha: 0.4", "a: 600.57, alpha: -0.4"])
+def test_what_is_too_far_off_is_refused_with_its_conditions(change: str) -> None:
+    text = (FOLDER / "wrist_calibrated.yaml").read_text(encoding="utf-8")
+    far = recognise(loads(text.replace("a: 600.57, alpha: 0.047", change).replace("d: 0.24", "d: 40"), "arm.yaml"))
+
+    assert isinstance(far, Unknown)
+    assert any("axes 2 and 3 are not parallel" in reason for reason in far.reasons)
+
+
+def test_inspect_says_how_far_each_condition_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(FOLDER / "ur5_calibrated.yaml")]) == 0
+
+    text = capsys.readouterr().out
+    assert "ur5_calibrated.yaml: nearly UR type: parallel axes 2, 3, 4" in text
+    assert "axes 2, 3 and 4 are parallel but for 0.0017 rad" in text
+    assert "axes 5 and 6 meet but for 5.2e-05 m" in text
+    assert "moving the target twice and 2 Newton steps for each branch" in text
+
+
+def test_a_smaller_defect_takes_fewer_steps() -> None:
+    _, defect = _nearly(UR)
+
+    assert refine.amounts(defect, 1.0).moves == 2
+    assert refine.amounts(replace(defect, angle=1e-5, length=1e-5), 1.0).moves == 1
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("robot", ["ur5_calibrated", "wrist_calibrated"])
+def test_a_million_targets(robot: str, tmp_path: Path) -> None:
+    """Takes about three minutes an arm, most of it to compile and prove the kernel."""
+    options = BuildOptions(output=tmp_path, reals=(Real.DOUBLE,), quantities=(Quantity(Kind.INVERSE),))
+    package = load_package(build(FOLDER / f"{robot}.yaml", options, lambda _: None).folder)
+    arm, missed = load(FOLDER / f"{robot}.yaml"), 0
+    family, _ = _nearly(arm)
+    size = derive.size_of(arm, family)
+    for seed in range(20):
+        q = joint_vectors(arm, 50_000, seed)
+        poses = reference.pose(arm, q)[:, 0]
+        solutions, valid = package.inverse(poses)
+        apart = np.abs((solutions - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(axis=2)
+        far = q[np.where(valid, apart, np.inf).min(axis=1) > 1e-6]
+        jacobians = reference.Kinematics(arm, far).jacobian(TOOL) * np.array([1 / size] * 3 + [1.0] * 3)[:, None]
+        least = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf)
+        missed += int((least > derive.singular_below(arm, family)).sum())
+        for branch in range(8):
+            reached = reference.pose(arm, solutions[valid[:, branch], branch])[:, 0]
+            away = np.abs(reached - poses[valid[:, branch]])
+            assert away[:, :3, :3].max() < 3e-12
+            assert away[:, :3, 3].max() < 1e-11 * size
+    assert missed == 0
