@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import textwrap
 
+from kinegen.emit.aim import aim_lines
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
-from kinegen.outputs import Allowance, Branches
+from kinegen.ir.program import Program
+from kinegen.outputs import Allowance, Branches, Kind
 
 
 def branches_of(kernels: Kernels) -> Branches | None:
@@ -17,6 +19,21 @@ def branches_of(kernels: Kernels) -> Branches | None:
 def allowed(allowance: Allowance, real: Real) -> float:
     """How far off a number of one type may be."""
     return allowance.of(real is Real.FLOAT)
+
+
+def notes_of(kernels: Kernels, program: Program, width: int, reals: tuple[Real, ...]) -> tuple[str, ...]:
+    """What is said of the solutions of an inverse, as lines of a comment; nothing of other kernels.
+
+    Args:
+        kernels: The robot and its programs.
+        program: One of these.
+        width: Longest line.
+        reals: The number types that the lines are about.
+    """
+    if program.quantity.kind is Kind.AXIS_INVERSE:
+        return aim_lines(width)
+    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
+    return () if branches is None else branch_lines(branches, width, reals)
 
 
 def branch_lines(branches: Branches, width: int, reals: tuple[Real, ...]) -> tuple[str, ...]:

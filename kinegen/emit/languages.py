@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from kinegen.emit.c import C
 from kinegen.emit.cpp import CPP
+from kinegen.emit.cuda import CUDA
 from kinegen.emit.fixed import INTEGERS
 from kinegen.emit.javascript import JAVASCRIPT
 from kinegen.emit.language import Language
@@ -33,6 +34,7 @@ LANGUAGES: Mapping[str, Language] = MappingProxyType(
             CPP,
             RUST,
             MATLAB,
+            CUDA,
         )
     }
 )

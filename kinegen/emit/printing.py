@@ -121,6 +121,7 @@ class Printer(Generic[Op]):
         is_direct: Whether a result that no statement reads is stored without a name of its own.
         others: The syntax of a statement, where results of several types have several; None for that of the program.
         literals: How numbers are written at places of another type.
+        elsewhere: How temporaries are written that other lines define.
     """
 
     syntax: Syntax[Op]
@@ -129,6 +130,7 @@ class Printer(Generic[Op]):
     is_direct: bool = False
     others: Callable[[Any], Syntax[Op]] | None = None
     literals: Mapping[str, Callable[[Any], str]] = field(default_factory=dict)
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
 
     def operand(self, operand: Any) -> str:
         """One operand of an operation."""
@@ -143,7 +145,7 @@ class Printer(Generic[Op]):
             case RuntimeParameter(name):
                 return self.syntax.parameter.format(name=self.syntax.identifier(name))
             case Temporary(name):
-                return name
+                return self.elsewhere.get(name, name)
             case Constant() | Integer():
                 return self.syntax.literal(operand)
             case _:
@@ -173,7 +175,7 @@ class Printer(Generic[Op]):
         stores: defaultdict[str, list[str]] = defaultdict(list)
         last: list[str] = []
         for place, operand in zip(places, program.outputs, strict=True):
-            if place is not None and isinstance(operand, Temporary):
+            if place is not None and isinstance(operand, Temporary) and operand.name not in self.elsewhere:
                 stores[operand.name].append(place)
             elif place is not None:
                 last.append(self.assignment(place, operand))

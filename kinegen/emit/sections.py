@@ -238,4 +238,4 @@ def _label(robot: Robot, program: Program, array: Array, place: int) -> str:
     if rows[:1] == (6,) and array.name in _SIX:
         within = place % (array.size // array.blocks)
         return "linear part" if within * 6 // (array.size // array.blocks) < 3 else "angular part"
-    return "position" if array.name.startswith("base_p_") else array.name
+    return "position" if array.is_point else array.name

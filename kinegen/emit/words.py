@@ -12,11 +12,11 @@ _ROWS = "rows linear velocity, then angular"
 
 _BRIEF: Mapping[Kind, str] = MappingProxyType(
     {
-        Kind.POSE: "Pose of {frame} in the base frame",
+        Kind.POSE: "Pose of {frame} in {base_frame}",
         Kind.FRAMES: "Poses of all links and named frames in the base frame",
-        Kind.POSITION: "Position of {origin} in the base frame",
+        Kind.POSITION: "Position of {origin} in {base_frame}",
         Kind.JACOBIAN: f"Geometric Jacobian of {{frame}}, {_ROWS}, {{reference}}",
-        Kind.FK_JACOBIAN: f"Pose of {{frame}} in the base frame and its geometric Jacobian, {_ROWS}, {{reference}}",
+        Kind.FK_JACOBIAN: f"Pose of {{frame}} in {{base_frame}} and its geometric Jacobian, {_ROWS}, {{reference}}",
         Kind.TWIST: "Twist of {frame}, linear velocity, then angular, {reference}",
         Kind.BIAS_ACCELERATION: "Acceleration of {frame} without joint acceleration (dJ/dt qd), linear, then angular, "
         "{reference}",
@@ -40,17 +40,22 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
         Kind.ADJOINT: "Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a",
         Kind.ACTUATORS_TO_JOINTS: "Joint vector for readings of the actuators",
         Kind.JOINTS_TO_ACTUATORS: "Readings of the actuators for a joint vector",
-        Kind.FK_ACTUATORS: "Pose of {frame} in the base frame for readings of the actuators",
+        Kind.FK_ACTUATORS: "Pose of {frame} in {base_frame} for readings of the actuators",
         Kind.JACOBIAN_ACTUATORS: f"Actuator Jacobian of {{frame}}, {_ROWS}, {{reference}}",
+        Kind.AXIS_INVERSE: "Both joint vectors for a point and a direction of {frame} in {base_frame}, and which are "
+        "solutions",
         Kind.INVERSE: "Joint values of all branches for a pose of {frame}, and which of them are solutions",
     }
 )
 
+_NAMED_BASE = (Kind.POSE, Kind.POSITION, Kind.FK_JACOBIAN, Kind.FK_ACTUATORS, Kind.AXIS_INVERSE)
+"""Kinds whose sentence names the frame in which the result is."""
+
 _REFERENCE: Mapping[Reference, str] = MappingProxyType(
     {
-        Reference.LOCAL_WORLD_ALIGNED: "at its origin in the axes of the base",
+        Reference.LOCAL_WORLD_ALIGNED: "at its origin in the axes of {base}",
         Reference.LOCAL: "at its origin in its own axes",
-        Reference.WORLD: "at the origin of the base in the axes of the base",
+        Reference.WORLD: "at the origin of {base} in the axes of {base}",
     }
 )
 
@@ -63,6 +68,7 @@ _INPUT: Mapping[str, str] = MappingProxyType(
         "qdd": "joint accelerations, per second squared",
         "base_T_tool": "pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal",
         "redundancy": "value of the joint that is given, or the arm angle",
+        "q_near": "joint vector, to choose among whole turns and where a joint is free",
         "a_T_b": "pose of a frame b in a frame a, 4x4 matrix, row by row",
     }
 )
@@ -100,7 +106,11 @@ def brief(signature: Signature) -> str:
         frame, origin = f"frame {quantity.frame}", f"the origin of frame {quantity.frame}"
     elif any(array.per_frame for array in signature.results):
         frame, origin = "each tip", "the origin of each tip"
-    text = _BRIEF[quantity.kind].format(frame=frame, origin=origin, reference=_REFERENCE[quantity.reference])
+    base_frame = f"frame {quantity.seen_from}" if quantity.seen_from else "the base frame"
+    reference = _REFERENCE[quantity.reference].format(base=base_frame if quantity.seen_from else "the base")
+    text = _BRIEF[quantity.kind].format(frame=frame, origin=origin, reference=reference, base_frame=base_frame)
+    if quantity.seen_from and quantity.kind not in _NAMED_BASE:
+        text = f"{text}, seen from {base_frame}"
     return f"{text}."
 
 
@@ -129,6 +139,8 @@ def frames_text(is_tree: bool) -> str:
 
 def input_text(array: Array) -> str:
     """What an input holds."""
+    if "_z_" in array.name and array.shape == (3,):
+        return "direction of the z axis, x, y, z, of any length"
     return _INPUT.get(array.name) or result_text(array)
 
 
@@ -137,12 +149,10 @@ def result_text(array: Array) -> str:
     if array.is_pose:
         return "4x4 matrix, row by row"
     shape = array.shape[1:] if array.per_frame else array.shape
-    if array.name.startswith("base_p_"):
+    if array.is_point:
         return "x, y, z"
     if array.name in _RESULT:
         return _RESULT[array.name]
-    if array.name == "solutions":
-        return f"a joint vector for each branch, {'x'.join(map(str, shape))} matrix, row by row"
     if len(shape) == 1:
-        return f"{shape[0]} numbers"
+        return f"x, y, z of {shape[0] // 3} points" if "_p_" in array.name else f"{shape[0]} numbers"
     return f"{'x'.join(map(str, shape))} {'matrix' if len(shape) == 2 else 'array'}, row by row"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,15 @@ BACKENDS = ("c", "numpy")
 ARMS = ("jaco2", "crx10ial", "xarm6", "gen3_lite", "general_6r", "manseur_doty", "ur5")
 FREE = ("crx10ial", "general_6r", "manseur_doty")
 """Arms without limits, whose solutions another method can count."""
+
+QUICK = ("jaco2", "general_6r")
+"""Arms that every run of the suite builds; the others take half a minute together."""
+
+
+def some(names: tuple[str, ...]) -> list[Any]:
+    """The names of arms, of which those that are not quick are left to `make test-long`."""
+    return [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in names]
+
 
 # Manseur and Doty 1989, from memory to six digits; the rotation is made orthonormal before it is used.
 PRINTED = [
@@ -45,7 +55,7 @@ def nearest(q: Array, solutions: Array, valid: Array) -> Array:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", some(ARMS))
 def test_there_and_back(name: str, backend: str, package: Packages) -> None:
     q, targets = planted(name, 1000 if backend == "c" else 50)
     solutions, valid = package(name, backend).complete_inverse(targets)
@@ -58,7 +68,7 @@ def test_there_and_back(name: str, backend: str, package: Packages) -> None:
     assert not solutions[~valid].any()
 
 
-@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("name", some(FREE))
 def test_another_method_finds_the_same_solutions(name: str, package: Packages) -> None:
     robot = load(ROBOTS / f"{name}.yaml")
     for target in planted(name, 2, seed=8)[1]:
@@ -113,6 +123,7 @@ def test_singular_poses_are_solved(name: str, backend: str, package: Packages) -
     assert nearest(one[inside], solutions, valid).max() < 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_quarter_turns_are_solved(backend: str, package: Packages) -> None:
     """There the elimination of a special arm loses rank; every reachable pose gets a solution all the same."""
@@ -164,8 +175,8 @@ def test_any_batch_and_any_number_of_threads(backend: str, package: Packages) ->
 
 
 def test_limits_hold(package: Packages) -> None:
-    robot = load(ROBOTS / "xarm6.yaml")
-    solutions, valid = package("xarm6", "c").complete_inverse(planted("xarm6", 300)[1])
+    robot = load(ROBOTS / "jaco2.yaml")
+    solutions, valid = package("jaco2", "c").complete_inverse(planted("jaco2", 300)[1])
     for variable in robot.variables:
         if variable.limits is not None:
             low, high = joint_box(robot)[variable.index]

@@ -47,7 +47,7 @@ def write(name: str, folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("name", ["jaco2", "xarm6"])
+@pytest.mark.parametrize("name", ["jaco2", pytest.param("xarm6", marks=pytest.mark.long)])
 def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, tmp_path: Path) -> None:
     _, complete, _ = write(name, tmp_path)
     flags = [*STRICT[compiler].split(), "-O1", "-fno-stack-protector"]

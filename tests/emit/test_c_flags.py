@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 
 ARM = "scara"
 OUTPUTS = tuple(map(parse_quantity, ("pose", "quaternion_wxyz", "rpy_zyx", "inverse", "numeric_inverse")))
-ENDINGS = ("", "_batch", "_numeric_inverse", "_selftest")
+ENDINGS = ("", "_batch", "_numeric_inverse", "_numeric_inverse_batch", "_selftest")
 """The files: sine and cosine in all but the third, roots and arc tangents, selections, quotients."""
 
 HARMLESS = ("-fno-trapping-math", "-fno-math-errno")
@@ -104,7 +104,12 @@ def printed(real: Real, folder: Path, objects: Sequence[Path], place: Path) -> s
 
 
 @pytest.mark.parametrize(
-    ("compiler", "flags"), [(compiler, flags) for compiler in COMPILERS for flags in FLAGS[compiler]]
+    ("compiler", "flags"),
+    [
+        pytest.param(compiler, flags, marks=[pytest.mark.long] * (compiler != COMPILERS[0]))
+        for compiler in COMPILERS
+        for flags in FLAGS[compiler]
+    ],
 )
 def test_relaxed_arithmetic_is_refused_or_changes_no_bit(
     compiler: str, flags: str, real: Real, folder: Path, right: Callable[[Real], str], tmp_path: Path
@@ -120,6 +125,7 @@ def test_relaxed_arithmetic_is_refused_or_changes_no_bit(
         assert printed(real, folder, objects, tmp_path) == right(real)
 
 
+@pytest.mark.long
 @pytest.mark.skipif("clang" not in COMPILERS, reason="needs clang")
 @pytest.mark.parametrize(
     "flags", ["-funsafe-math-optimizations", "-fassociative-math", "-freciprocal-math -fno-signed-zeros"]
@@ -156,6 +162,7 @@ def test_clang_reorders_no_sum_on_a_cortex_m(ending: str, real: Real, folder: Pa
     assert not re.search(r"= f(add|sub|mul) .*\breassoc\b", code)
 
 
+@pytest.mark.boards
 @pytest.mark.parametrize("compiler", CROSS)
 def test_a_cross_compiler_refuses_it_or_writes_the_same_instructions(
     compiler: str, folder: Path, tmp_path: Path

@@ -12,7 +12,7 @@ import jinja2
 import pytest
 from jinja2 import meta, nodes
 
-from kinegen.emit.c import batch, complete_inverse, kernel, numeric_inverse, vectors
+from kinegen.emit.c import batch, complete_inverse, kernel, numeric_inverse, numeric_inverse_batch, vectors
 from kinegen.emit.cpp import header as cpp_header
 from kinegen.emit.cpp import vectors as cpp_vectors
 from kinegen.emit.environment import environment
@@ -32,6 +32,8 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/selftest.c.jinja": {"k": vectors.VectorContext},
     "c/numeric_inverse.h.jinja": {"k": numeric_inverse.SolverContext},
     "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
+    "c/numeric_inverse_batch.h.jinja": {"k": numeric_inverse.SolverContext, "b": numeric_inverse_batch.SearchBatch},
+    "c/numeric_inverse_batch.c.jinja": {"k": numeric_inverse.SolverContext, "b": numeric_inverse_batch.SearchBatch},
     "c/complete_inverse.h.jinja": {"k": complete_inverse.CompleteContext},
     "c/complete_inverse.c.jinja": {"k": complete_inverse.CompleteContext},
     "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},

@@ -41,13 +41,29 @@ joints:
 """
 """A tree with two tips, one of them on a prismatic joint."""
 
-NAMES = ("scara", "calibrated_2r", "differential_wrist", "blocks", "fork")
-"""Inverses; runtime parameters; actuators; no joint; a tree."""
+MILL = """
+kinegen: 1
+name: mill
+convention: standard
+units: {length: mm, angle: deg}
+joints:
+  - {name: x, ets: [Tx(q)]}
+  - {name: y, ets: [Ty(q)]}
+  - {name: z, ets: [Tz(q)]}
+  - {name: c, ets: [Rz(q)]}
+  - {name: b, ets: [Ry(q)], limits: [-110, 110]}
+tool: {xyz: [0, 0, -80]}
+"""
+"""A machine tool with five axes."""
+
+TEXTS = {"fork": FORK, "mill": MILL}
+NAMES = ("scara", "calibrated_2r", "differential_wrist", "blocks", "fork", "mill")
+"""Inverses; runtime parameters; actuators; no joint; a tree; a machine tool."""
 
 
 def model(name: str) -> Robot:
     """One of these robots."""
-    return loads(FORK, "fork.yaml") if name == "fork" else robot(name)
+    return loads(TEXTS[name], f"{name}.yaml") if name in TEXTS else robot(name)
 
 
 def programs(arm: Robot) -> Iterator[Program]:

@@ -49,9 +49,9 @@ TOY = Syntax(
 
 def toy_files(given: Kernels, _real: str = "double") -> dict[str, str]:
     text = next(text for path, text in emit_language(given, LANGUAGES["javascript"]).items() if path.endswith(".js"))
-    pair = re.search(r"function sincos\(x\) \{(.*?)\n\}", text, re.DOTALL)
+    pair = re.search(r"const x_b = [^\n]*\n(.*?)/\* The same", text, re.DOTALL)
     lines = re.findall(r"const (.*);", pair[1]) if pair else []
-    parts = ["def sincos(x):", *(f"    {line}" for line in lines), "    return ss + sc, cc - cs", ""]
+    parts = ["def sincos(x):", *(f"    {line}" for line in lines), "    return sine, cosine", ""]
     for program in given.programs:
         size = program.signature.inputs[0].size
         printer = Printer(TOY, [f"q[{index}]" for index in range(size)])
@@ -149,8 +149,8 @@ EXTRA = [name for name, language in LANGUAGES.items() if language.is_extra]
 
 
 def test_the_table_has_all_languages() -> None:
-    assert set(LANGUAGES) == {"c", "python", "q30", "javascript", "cpp", "rust", "matlab"}
-    assert set(RUNNERS) == set(EXTRA) == {"javascript", "cpp", "rust", "matlab"}
+    assert set(LANGUAGES) == {"c", "python", "q30", "javascript", "cpp", "rust", "matlab", "cuda"}
+    assert set(RUNNERS) == set(EXTRA) == {"javascript", "cpp", "rust", "matlab", "cuda"}
 
 
 @pytest.mark.parametrize("name", EXTRA)
@@ -171,6 +171,14 @@ def test_every_language_prints_poses_and_says_what_it_refuses(name: str) -> None
         files = language.files(given, real)
         assert any("puma560" in text for text in files.values())
         assert not any(file.startswith("/") or ".." in file for file in files)
+
+
+@pytest.mark.parametrize("name", EXTRA)
+def test_every_closed_form_is_in_every_language(name: str) -> None:
+    """Eigenvalues take loops; closed forms do not."""
+    assert not LANGUAGES[name].refuses(parse_quantity("axis_inverse@cutter/workpiece"))
+    assert not LANGUAGES[name].refuses(parse_quantity("inverse"))
+    assert LANGUAGES[name].refuses(parse_quantity("complete_inverse"))
 
 
 @pytest.mark.parametrize(("name", "real"), [(name, real) for name in LANGUAGES for real in LANGUAGES[name].reals])

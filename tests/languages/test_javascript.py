@@ -12,11 +12,13 @@ from typing import Any
 
 import pytest
 
+from kinegen.emit.javascript.angles import steps
 from kinegen.emit.javascript.wasm import batched, compile_command, emit_wasm
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.languages import LANGUAGES, emit_language
 from kinegen.errors import KinegenError
 from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.ir.program import Temporary
 from kinegen.outputs import NUMERIC_INVERSE, Kind, every_quantity, parse_quantity
 from kinegen.symbolic.derive import derive
 from kinegen.verify.languages import prove_language
@@ -209,7 +211,8 @@ def test_every_operator_is_printed() -> None:
     text = emit_language(KERNELS, JAVASCRIPT)["javascript/made_up.js"]
 
     for line in (
-        "sincos(q[q_at]);",
+        "sines[0] = q[q_at];",
+        "sincos(2);",
         "const t1 = c1 * (-0.3333333333333333);",
         "const t2 = params.far / params.lambda;",
         "const t6 = sqrt(t2);",
@@ -217,6 +220,29 @@ def test_every_operator_is_printed() -> None:
         "const t8 = q[q_at] < 0.5 ? t3 : t7;",
     ):
         assert f"  {line}\n" in text
+
+
+@pytest.mark.parametrize("name", ["puma560", "hand"])
+def test_one_call_takes_all_sines_of_joint_angles(name: str) -> None:
+    text = files(name)[f"{name}.js"]
+    body = text.split("function fk_at(")[1].split("\n}\n")[0]
+    (count,) = map(int, re.findall(r"sincos\((\d+)\);", body))
+    (size,) = map(int, re.findall(r"const sines = new Float64Array\((\d+)\);", text))
+
+    assert len(re.findall(r"^  sines\[\d+\] = ", body, re.MULTILINE)) == count
+    assert size >= count + count % 2
+
+
+def test_a_call_for_computed_angles_follows_what_leads_to_them() -> None:
+    arm = robot("puma560")
+    program = lower(derive(arm, parse_quantity("inverse")))
+    known: set[str] = set()
+    for step in steps(program):
+        for statement in (*step.pairs, *step.statements):
+            assert {each.name for each in statement.operands if isinstance(each, Temporary)} <= known
+            known.update(statement.results)
+
+    assert known == {name for statement in program.statements for name in statement.results}
 
 
 def test_the_search_is_refused_with_a_reason() -> None:

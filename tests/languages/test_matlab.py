@@ -309,6 +309,12 @@ def test_kernels_of_the_mex_file_are_those_of_c_in_another_order() -> None:
 
 
 @needs_octave
+def test_the_header_of_the_mex_file_says_that_positions_of_tips_are_points() -> None:
+    emitted = emit_language(kernels("hand", (parse_quantity("position"),)), MATLAB)
+
+    assert "@param[out] base_p_tips  x, y, z of 5 points\n" in emitted["matlab/csrc/hand_mex.h"]
+
+
 def test_what_octave_refuses_is_an_error_in_one_line() -> None:
     given = kernels("scara", (Quantity.POSE,))
     emitted = emit_language(given, MATLAB)

@@ -18,8 +18,8 @@ from tests.builds.workshop import ROBOTS
 
 Floats = NDArray[np.float64]
 Packages = Callable[[str, str], ModuleType]
-ARMS = ("iiwa14", "panda", "ur5", "stanford")
-"""Seven joints; seven with narrow limits; six with three parallel axes; a prismatic joint."""
+ARMS = ("iiwa14", "ur5", *(pytest.param(name, marks=pytest.mark.long) for name in ("panda", "stanford")))
+"""Seven joints; six with three parallel axes; seven with narrow limits; a prismatic joint."""
 
 
 def ranges(package: ModuleType) -> Floats:

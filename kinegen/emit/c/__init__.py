@@ -26,9 +26,11 @@ def _files(kernels: Kernels, real: str) -> dict[str, str]:
     from kinegen.emit.c.complete_inverse import emit_complete_inverse
     from kinegen.emit.c.kernel import emit_kernel
     from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
+    from kinegen.emit.c.numeric_inverse_batch import emit_numeric_inverse_batch
 
     files = emit_kernel(kernels, Real(real)) | emit_batch(kernels, Real(real))
-    files |= emit_numeric_inverse(kernels, Real(real)) if kernels.numeric_inverse else {}
+    if kernels.numeric_inverse:
+        files |= emit_numeric_inverse(kernels, Real(real)) | emit_numeric_inverse_batch(kernels, Real(real))
     has_complete = kernels.complete_inverse and Real(real) is Real.DOUBLE
     return files | (emit_complete_inverse(kernels) if has_complete else {})
 

@@ -50,7 +50,9 @@ def declared(kernels: Kernels, program: Program, array: Array, qualifier: str = 
     if array.per_frame:
         return f"{array.name}[{qualifier}{extent_macro(kernels, program)}][{array.stored}]"
     if array.per_branch:
-        return f"{array.name}[{qualifier}{macro(robot, 'BRANCHES')}][{macro(robot, 'DOF')}]"
+        has_names = program.signature.branches is not None
+        branches = macro(robot, "BRANCHES") if has_names else str(array.shape[0])
+        return f"{array.name}[{qualifier}{branches}][{macro(robot, 'DOF')}]"
     size = f"{array.stored}"
     if array.name == ACTUATORS:
         size = macro(robot, "ACTUATORS")

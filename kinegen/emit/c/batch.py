@@ -8,20 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
+from kinegen.emit.c.direct import Direct, direct_way
 from kinegen.emit.c.kernel import KernelContext, kernel_context
+from kinegen.emit.c.pairs import many_pairs
 from kinegen.emit.c.parts import ParamRows, param_rows, part
+from kinegen.emit.c.pieces import Pieces, pieces
 from kinegen.emit.c.syntax import c_printer
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import function_templates, needs_bits
 from kinegen.emit.inverse import branches_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.nearest import nearest_signature
-from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief
-from kinegen.ir.program import Constant, Operator, Program
+from kinegen.ir.program import Constant, Program
 from kinegen.naming import c_file, companion, function, guard, params_type, prefix
 from kinegen.outputs import Array
 
@@ -30,15 +33,11 @@ TILE_BYTES = 128
 
 SHORT_TILE_BYTES = 64
 """The same where so many doubles are stored for a configuration that memory would idle while a tile is evaluated, and
-the processor while it is stored: large results leave the caches, and go twice as fast in short bursts."""
+the processor while it is stored: large results leave the caches, and go twice as fast in short bursts. Sines and
+cosines in arrays have such tiles, too, so that the stack of a long chain stays what it is with a call for each."""
 
 MOST_ROWS = 24
 """With more numbers than these a tile of doubles is a short one."""
-
-
-LONGEST_DIRECT = 200
-"""Statements of a kernel that is printed twice, once for results in rows alone: longer ones take long to compile, and
-have more to do than to store."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,23 +102,6 @@ class Tile:
 
 
 @dataclass(frozen=True, slots=True)
-class Direct:
-    """How full tiles go straight into the rows of a result, where neighbours lie next to each other.
-
-    Attributes:
-        condition: When that can be.
-        result: The result.
-        values: What is passed to the function that evaluates a tile.
-        constants: Assignments of the rows that hold the same number for every configuration.
-    """
-
-    condition: str
-    result: str
-    values: str
-    constants: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class BatchFunction:
     """One batch kernel, printed.
 
@@ -138,7 +120,9 @@ class BatchFunction:
         tile: Name of the function that evaluates a tile.
         tile_arguments: Its arguments.
         tile_values: What is passed for them.
+        pairs: The loops that take sines and cosines before that over the configurations of a tile; mostly none.
         body: Statements for one configuration of a tile, and the assignments to the result tile.
+        pieces: The same in several loops, where they are very many; else None.
         constants: Assignments of the rows of the result tile that hold the same number for every configuration.
         direct: How results in rows are written without the tile; None where they are not.
     """
@@ -157,7 +141,9 @@ class BatchFunction:
     tile: str
     tile_arguments: str
     tile_values: str
+    pairs: tuple[str, ...]
     body: tuple[str, ...]
+    pieces: Pieces | None
     constants: tuple[str, ...]
     direct: Direct | None
 
@@ -256,19 +242,25 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     printer = c_printer(real, f"{stem}_sincos", variables, stem, selects_bits=True)
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
-    body = printer.lines(parts.rest, places)
+    pairs = many_pairs(program, parts.rest)
+    short = pairs is not None or (real is Real.DOUBLE and len(program.outputs) > MOST_ROWS)
+    size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
+    loops = () if pairs is None else pairs.tile_lines(printer, real.value, f"{stem}_sincos", size)
+    lines = partial(printer.lines, parts.rest) if pairs is None else partial(pairs.tile_body, printer)
+    body = lines(places)
     read = tuple(array for array in given(program) if program.reads(array))
     results = tuple(_results(program))
-    short = real is Real.DOUBLE and len(program.outputs) > MOST_ROWS
-    size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
     arguments = [f"const {real} *restrict {array.name}, {strides(array, 'ptrdiff_t ')}" for array in read]
     arguments += [f"const {real} (*restrict p)[{size}]"] * bool(parts.rows)
     values = [f"{array.name}_tile.first, {array.name}_tile.pose, {array.name}_tile.joint" for array in read]
     values += ["given"] * bool(parts.rows)
     tile_result, tile_value = f"{real} (*restrict t)[{size}]", "t"
-    direct = _direct(printer, body, read, results, size, constants, reads_params=bool(parts.rows))
+    few = len(program.outputs) <= MOST_ROWS
+    direct = (
+        direct_way(printer, (*loops, *body), program, size, constants, reads_params=bool(parts.rows)) if few else None
+    )
     if direct is not None:
-        body = printer.lines(parts.rest, [place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
+        body = lines([place and f"t[{row} * t_row + i]" for row, place in enumerate(places)])
         tile_result, tile_value = f"{real} *restrict t, ptrdiff_t t_row", f"&t[0][0], {size}"
     return BatchFunction(
         name=companion(name, "batch"),
@@ -285,33 +277,11 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
         tile=companion(name, "tile"),
         tile_arguments=", ".join([*arguments, tile_result]),
         tile_values=", ".join([*values, tile_value]),
+        pairs=loops,
         body=body,
+        pieces=pieces(printer, parts.rest, places, str(real)) if program.signature.branches else None,
         constants=tuple(printer.assignment(f"t[{row}][i]", operand) for row, operand in constants.items()),
         direct=direct,
-    )
-
-
-def _direct(
-    printer: Printer[Operator],
-    body: tuple[str, ...],
-    read: tuple[Array, ...],
-    results: tuple[BatchResult, ...],
-    size: str,
-    constants: dict[int, Constant],
-    *,
-    reads_params: bool,
-) -> Direct | None:
-    """The way without the tile, for short kernels of one result."""
-    if not read or len(results) != 1 or results[0].rows > MOST_ROWS or len(body) > LONGEST_DIRECT:
-        return None
-    name = results[0].name
-    neighbours = [f"({array.name}_pose == 1)" for array in read]
-    values = [f"{array.name} + begin, 1, {array.name}_joint" for array in read] + ["given"] * reads_params
-    return Direct(
-        condition=" && ".join(["(layout == 2)", *neighbours, f"({name}_stride >= {size})"]),
-        result=name,
-        values=", ".join([*values, "to", f"{name}_stride"]),
-        constants=tuple(printer.assignment(f"to[{row} * {name}_stride + i]", each) for row, each in constants.items()),
     )
 
 

@@ -20,6 +20,7 @@ from kinegen.emit.c.arguments import (
 )
 from kinegen.emit.c.constants import NamedConstant, constant_lines, named_constants, names_of
 from kinegen.emit.c.nearest import Nearest, nearest_of
+from kinegen.emit.c.pairs import many_pairs
 from kinegen.emit.c.syntax import c_syntax, named_lengths
 from kinegen.emit.c.truths import truth_literals, truth_operands, truth_syntax, truths_of
 from kinegen.emit.columns import varied_names
@@ -33,7 +34,7 @@ from kinegen.emit.functions import (
     used_routines,
     uses,
 )
-from kinegen.emit.inverse import branch_lines, branches_of
+from kinegen.emit.inverse import branches_of, notes_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, parameter_lines, provenance
 from kinegen.emit.limits import limit_literals
 from kinegen.emit.nearest import NAME
@@ -230,10 +231,12 @@ def macros(kernels: Kernels) -> tuple[tuple[str, str], ...]:
 
 def _promises(kernels: Kernels, real: Real) -> list[str]:
     """What holds for every function, as lines of a comment."""
+    pure = "no state, no heap, no library, no loop"
+    if any(many_pairs(program, program) for program in kernels.programs):
+        pure += " but those with a fixed number of turns that take sines and cosines"
     if all(map(is_straight, kernels.programs)):
-        pure, steps = "no state, no heap, no library, no loop, no branch on data", ""
+        pure, steps = f"{pure}, no branch on data", ""
     else:
-        pure = "no state, no heap, no library, no loop"
         steps = (
             " Compilers may turn square roots, arc tangents and selections into branches; no other function has any."
         )
@@ -263,7 +266,7 @@ def _function(kernels: Kernels, program: Program, real: Real, constants: tuple[N
     return Function(
         name=name,
         heading=tuple(textwrap.wrap(brief(program.signature), LINE, break_on_hyphens=False)),
-        notes=_notes(kernels, program, real),
+        notes=notes_of(kernels, program, LINE, (real,)),
         operations=tuple(textwrap.wrap(f"Costs {operation_line(program)}.", LINE)),
         errors=error_lines(kernels, program, real),
         prototype=prototype,
@@ -284,11 +287,6 @@ def _sincos_lines(pair: Sincos, name: str, source: str) -> tuple[str, ...]:
     )
     lines = textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False)
     return tuple(line.replace("~", " ") for line in lines)
-
-
-def _notes(kernels: Kernels, program: Program, real: Real) -> tuple[str, ...]:
-    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
-    return () if branches is None else branch_lines(branches, LINE, (real,))
 
 
 def _shape(kernels: Kernels, program: Program, array: Array) -> str:
@@ -323,4 +321,7 @@ def _body(kernels: Kernels, program: Program, real: Real, constants: tuple[Named
         for block in block_names(array)
         for column, entry in enumerate(last)
     ]
-    return printer.lines(program, places, sections(kernels.robot, program), rows)
+    parts, pairs = sections(kernels.robot, program), many_pairs(program, program)
+    if pairs is None:
+        return printer.lines(program, places, parts, rows)
+    return (*pairs.scalar_lines(printer, real.value, pair), "", *pairs.scalar_body(printer, places, parts, rows))

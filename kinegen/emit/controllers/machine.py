@@ -6,6 +6,7 @@ In: a robot with its kernels. Out: a `Machine`, or a `KinegenError` with the rea
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,7 +92,7 @@ def machine_of(kernels: Kernels, controller: Controller) -> Machine:
         KinegenError: If no such controller can move it.
     """
     robot = kernels.robot
-    _require(robot, controller)
+    require_arm(robot, controller)
     home = home_of(robot)
     coordinates, tilt = _coordinates(kernels, controller)
     millimetres = MILLIMETRES[robot.units.length]
@@ -106,13 +107,28 @@ def machine_of(kernels: Kernels, controller: Controller) -> Machine:
     )
 
 
-def _require(robot: Robot, controller: Controller) -> None:
-    """Refuse what no controller can have."""
+def require_arm(robot: Robot, controller: Controller, unsolved: Sequence[str] = ()) -> None:
+    """Refuse what no package can move, before anything is derived.
+
+    Args:
+        robot: The robot.
+        controller: Who is to move it.
+        unsolved: Why it has no closed-form inverse; nothing where it has one.
+
+    Raises:
+        KinegenError: With the reason, if it is known from the robot alone.
+    """
     reason = ""
-    if robot.runtime_parameters:
+    if robot.is_tree:
+        reason = f"it has {len(robot.tips)} tips, and the package moves one tool; give it a file with one of the chains"
+    elif robot.runtime_parameters:
         reason = f"parameter {robot.runtime_parameters[0].name!r} is a runtime parameter, which nothing there sets"
     elif robot.actuators.readings:
         reason = "it has `actuators:`, and the package moves joints; give it a file with one motor for each joint"
+    elif unsolved:
+        first, *others = unsolved
+        more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
+        reason = f"it has no closed-form inverse, which the package calls: {first}{more}"
     if reason:
         raise KinegenError(f"no {controller.makers_name} package for {robot.name}: {reason}", robot.source)
 

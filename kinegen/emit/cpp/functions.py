@@ -11,7 +11,7 @@ from functools import partial
 from kinegen.emit.accuracy import error_lines
 from kinegen.emit.cpp.syntax import body
 from kinegen.emit.functions import LINE
-from kinegen.emit.inverse import branch_lines, branches_of
+from kinegen.emit.inverse import notes_of
 from kinegen.emit.kernels import Kernels, operation_line
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, input_text, result_text
@@ -177,8 +177,7 @@ def function_of(kernels: Kernels, program: Program) -> Function:
     signature, name = program.signature, program.quantity.function
     inputs = _arguments(signature.inputs, input_text)
     results = _arguments(signature.results, partial(_result_words, program))
-    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
-    notes = () if branches is None else branch_lines(branches, LINE, tuple(Real))
+    notes = notes_of(kernels, program, LINE, tuple(Real))
     return Function(
         name=name,
         heading=(*textwrap.wrap(brief(signature), LINE - 7, break_on_hyphens=False), *notes),
@@ -190,7 +189,7 @@ def function_of(kernels: Kernels, program: Program) -> Function:
         read=frozenset(each.name for each in signature.inputs if each.size and program.reads(each)),
         body=body(kernels.robot, program),
         returned=results[0].type if len(results) == 1 else f"{name}_result<Real>",
-        is_inverse=branches is not None,
+        is_inverse=program.quantity.kind is Kind.INVERSE,
         is_batched=any(each.size for each in signature.inputs),
     )
 
@@ -209,7 +208,8 @@ def _arguments(arrays: Sequence[Array], words: Callable[[Array], str]) -> tuple[
 
 def _result_words(program: Program, array: Array) -> str:
     if array.per_branch:
-        return "a joint vector for each branch, by Branch"
+        by_name = ", by Branch" if program.signature.branches is not None else ""
+        return f"a joint vector for each branch{by_name}"
     if array.is_truth:
         return "whether each branch is a solution"
     if not array.per_frame:

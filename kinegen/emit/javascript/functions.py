@@ -5,15 +5,13 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
-from kinegen.emit.inverse import branch_lines, branches_of
-from kinegen.emit.javascript.syntax import SYNTAX
+from kinegen.emit.inverse import notes_of
+from kinegen.emit.javascript.angles import kernel_lines
 from kinegen.emit.kernels import Kernels, operation_line
-from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, input_text, result_text
-from kinegen.ir.program import Constant, Program
+from kinegen.ir.program import Program
 from kinegen.naming import companion
 from kinegen.outputs import Array, Kind
 
@@ -79,9 +77,8 @@ def function_of(kernels: Kernels, program: Program) -> Function:
     name = program.quantity.function
     inputs, results = program.signature.inputs, program.signature.results
     parameters = ["params"] * bool(kernels.defaults)
-    branches = branches_of(kernels) if program.quantity.kind is Kind.INVERSE else None
     sentences = f"{brief(program.signature)} Costs {operation_line(program)}."
-    notes = () if branches is None else branch_lines(branches, LINE, (Real.DOUBLE,))
+    notes = notes_of(kernels, program, LINE, (Real.DOUBLE,))
     given = [each.name for each in inputs] + [f"{each} = DEFAULT_PARAMS" for each in parameters]
     created = [f"{each.name} = new {_kind(each)}({_numbers(each)})" for each in results]
     return Function(
@@ -173,7 +170,6 @@ def _kind(array: Array) -> str:
 def _body(program: Program) -> tuple[str, ...]:
     """The statements, and the constant last row of each matrix."""
     variables = [_entry(array.name, index) for array in program.signature.inputs for index in range(array.size)]
-    printer = Printer(SYNTAX, variables)
     results = program.signature.results
     places = [
         _entry(array.name, block * array.stored + index)
@@ -182,13 +178,13 @@ def _body(program: Program) -> tuple[str, ...]:
         for index in range(array.size // array.blocks)
     ]
     rows = [
-        printer.assignment(_entry(array.name, block * array.stored + 12 + column), Constant(Fraction(value)))
+        f"{_entry(array.name, block * array.stored + 12 + column)} = {value};"
         for array in results
         if array.is_pose
         for block in range(array.blocks)
-        for column, value in enumerate((0, 0, 0, 1))
+        for column, value in enumerate(("0.0", "0.0", "0.0", "1.0"))
     ]
-    return (*printer.lines(program, places), *rows)
+    return kernel_lines(program, variables, places, rows)
 
 
 def _entry(name: str, index: int) -> str:

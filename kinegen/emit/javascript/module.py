@@ -12,6 +12,7 @@ from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import uses
 from kinegen.emit.inverse import branches_of
+from kinegen.emit.javascript.angles import most_angles, sincos_lines
 from kinegen.emit.javascript.functions import LINE, Function, function_of
 from kinegen.emit.javascript.syntax import SYNTAX
 from kinegen.emit.javascript.wasm import batched, compile_command, emit_wasm
@@ -60,6 +61,7 @@ class ModuleContext:
     tables: tuple[Table, ...]
     parameters: tuple[tuple[str, str], ...]
     sincos_lines: tuple[str, ...]
+    angles: int
     sincos: tuple[str, ...]
     sqrt: bool
     atan2: tuple[str, ...]
@@ -127,17 +129,19 @@ def module_context(kernels: Kernels) -> ModuleContext:
             for parameter, value in zip(robot.runtime_parameters, kernels.defaults, strict=True)
         ),
         sincos_lines=tuple(textwrap.wrap(_SINCOS, LINE)) if uses(programs, Operator.SINCOS) else (),
-        sincos=_routine(Operator.SINCOS, "{place} = {value};", ("pair[0]", "pair[1]")),
+        angles=most_angles(programs),
+        sincos=sincos_lines(),
         sqrt=uses(programs, Operator.SQRT),
-        atan2=_routine(Operator.ATAN2, "return {value};", ("",)) if uses(programs, Operator.ATAN2) else (),
+        atan2=_atan2() if uses(programs, Operator.ATAN2) else (),
         is_batched=any(function.batch for function in functions),
         functions=functions,
     )
 
 
-def _routine(operator: Operator, store: str, places: tuple[str, ...]) -> tuple[str, ...]:
-    """The body of a function that kernels call."""
-    return routine_lines(CODE[Real.DOUBLE][operator], SYNTAX, comment=block_comment, store=store, places=places)
+def _atan2() -> tuple[str, ...]:
+    """The body of the function for the angle of a point."""
+    routine = CODE[Real.DOUBLE][Operator.ATAN2]
+    return routine_lines(routine, SYNTAX, comment=block_comment, store="return {value};", places=("",))
 
 
 def _tables(kernels: Kernels) -> tuple[Table, ...]:

@@ -11,10 +11,18 @@ from kinegen.emit.printing import Syntax, number
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Operator
 
+SINES, COSINES = "sines", "cosines"
+"""The arrays of the module for sines and cosines; an angle waits in the place of its sine."""
+
 
 def _pair(sine: str, cosine: str, angle: str) -> tuple[str, ...]:
-    """Both come through an array of the module: an object for each call would be garbage."""
-    return (f"sincos({angle});", f"const {sine} = pair[0];", f"const {cosine} = pair[1];")
+    """One by itself; kernels take several in a call."""
+    return (
+        f"{SINES}[0] = {angle};",
+        "sincos(1);",
+        f"const {sine} = {SINES}[0];",
+        f"const {cosine} = {COSINES}[0];",
+    )
 
 
 SYNTAX = Syntax(

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from kinegen.emit.inverse import branch_lines, branches_of
+from kinegen.emit.inverse import notes_of
 from kinegen.emit.kernels import Kernels, operation_line
 from kinegen.emit.matlab.columns import extents, last_rows, places, size
 from kinegen.emit.matlab.syntax import CLASS, WIDTH, matlab_syntax, matlab_text, percent_comment
@@ -18,7 +18,7 @@ from kinegen.emit.routines import CODE, routine_lines
 from kinegen.emit.sections import sections
 from kinegen.emit.words import brief, input_text, result_text
 from kinegen.ir.program import Constant, Operator, Program
-from kinegen.outputs import Array, Kind
+from kinegen.outputs import INVERSES, Array, Kind
 from kinegen.robot.model import Robot
 
 
@@ -216,8 +216,8 @@ def _help(kernels: Kernels, program: Program) -> Iterator[str]:
     if robot.runtime_parameters:
         yield f"  {'params':<{name_width}}  {'struct':<{shape_width}}  runtime parameters, as of default_params"
     yield ""
-    if program.quantity.kind is Kind.INVERSE:
-        yield from inverse_lines(kernels)
+    if program.quantity.kind in INVERSES:
+        yield from inverse_lines(kernels, program)
         yield ""
     yield from textwrap.wrap(
         "N is the number of configurations, one in each column. Results are single where an input is single, else "
@@ -228,10 +228,9 @@ def _help(kernels: Kernels, program: Program) -> Iterator[str]:
     )
 
 
-def inverse_lines(kernels: Kernels) -> Iterator[str]:
+def inverse_lines(kernels: Kernels, program: Program) -> Iterator[str]:
     """The branches of an inverse, counted from 1."""
-    branches = branches_of(kernels)
-    for line in () if branches is None else branch_lines(branches, WIDTH, tuple(Real)):
+    for line in notes_of(kernels, program, WIDTH, tuple(Real)):
         counted = re.sub(r"^  (\d+)  ", lambda found: f"  {int(found[1]) + 1}  ", line)
         yield matlab_text(counted.replace("Rows of solutions", "Columns of solutions"))
 

@@ -12,7 +12,7 @@ from kinegen.emit.actuators import actuator_lines, actuator_names, actuator_unit
 from kinegen.emit.c.numeric_inverse import tolerances
 from kinegen.emit.columns import varied_names
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import branch_lines, branches_of
+from kinegen.emit.inverse import branches_of, notes_of
 from kinegen.emit.kernels import Kernels, joint_lines, operation_line, provenance
 from kinegen.emit.limits import joint_limits
 from kinegen.emit.nearest import turnings
@@ -34,7 +34,9 @@ LINE = 120
 
 RUNTIME = (
     "_kernel.py",
+    "_derivatives.py",
     "_engines.py",
+    "_gradients.py",
     "_limits.py",
     "_overlap.py",
     "_parameters.py",
@@ -42,6 +44,10 @@ RUNTIME = (
     "_quick.py",
     "_signature.py",
     "_threads.py",
+    "_xla.py",
+    "jax.py",
+    "torch.py",
+    "xp.py",
 )
 """The array handling, copied as it is."""
 
@@ -97,7 +103,7 @@ def _context(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> PackageCo
     """What the template of the public module is given."""
     robot = kernels.robot
     branches = branches_of(kernels)
-    functions = tuple(_public(robot, program, branches) for program in kernels.programs)
+    functions = tuple(_public(kernels, program, branches) for program in kernels.programs)
     has_jacobians = any(array.name == "jacobian" for program in kernels.programs for array in program.signature.results)
     has_frames = any(program.quantity.kind is Kind.FRAMES for program in kernels.programs)
     return PackageContext(
@@ -157,7 +163,7 @@ def _export_key(name: str) -> tuple[int, str]:
     return (0 if name.isupper() else 1 if name[0].isupper() else 2), name
 
 
-def _public(robot: Robot, program: Program, branches: Branches | None) -> PublicKernel:
+def _public(kernels: Kernels, program: Program, branches: Branches | None) -> PublicKernel:
     results = program.signature.results
     order = "FRAMES" if program.quantity.kind is Kind.FRAMES else "TIPS"
     has_names = all(array.per_frame for array in results)
@@ -177,8 +183,8 @@ def _public(robot: Robot, program: Program, branches: Branches | None) -> Public
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
         wrapper="Inverse" if inverse else f"{'Named' * has_names}Kernel[{kind}]",
-        notes=branch_lines(inverse, LINE - 4, tuple(Real)) if inverse else (),
-        options=_inverse_options(robot, inverse) if inverse else _name_options(order) * has_names,
+        notes=notes_of(kernels, program, LINE - 4, tuple(Real)),
+        options=_inverse_options(kernels.robot, inverse) if inverse else _name_options(order) * has_names,
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from kinegen.emit.accuracy import error_lines
 from kinegen.emit.c.truths import truth_places, truths_of
 from kinegen.emit.functions import LINE
-from kinegen.emit.inverse import branch_lines, branches_of
+from kinegen.emit.inverse import notes_of
 from kinegen.emit.kernels import Kernels, operation_line
 from kinegen.emit.printing import Printer
 from kinegen.emit.reals import Real
@@ -106,7 +106,6 @@ def function_of(kernels: Kernels, program: Program, real: Real) -> Function:
     """
     robot, signature, number = kernels.robot, program.signature, NUMBER[real]
     is_inverse = program.quantity.kind is Kind.INVERSE
-    branches = branches_of(kernels) if is_inverse else None
     taken = tuple((each.name, type_of(each, number, robot)) for each in signature.inputs)
     given = tuple((each.name, type_of(each, number, robot)) for each in signature.results)
     parameters = [("params", "Params")] * bool(robot.runtime_parameters)
@@ -119,7 +118,7 @@ def function_of(kernels: Kernels, program: Program, real: Real) -> Function:
         heading=(escaped(brief(signature)),),
         arguments=tuple((each.name, escaped(input_text(each))) for each in signature.inputs),
         results=tuple((each.name, escaped(_result(program, each))) for each in signature.results),
-        notes=() if branches is None else branch_lines(branches, LINE, (real,)),
+        notes=notes_of(kernels, program, LINE, (real,)),
         costs=_costs(kernels, program, real),
         signature=signature_lines(program.quantity.function, arguments, _returned_type(given, is_inverse=is_inverse)),
         unused=tuple(unused),
