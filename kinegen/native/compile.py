@@ -128,7 +128,7 @@ def _build(
 
     def start(unit: Unit) -> Future[None]:
         output = ("-o", f"{unit.name}.o", unit.source)
-        order = _order(compiler, sources[unit.source]) if unit.source.endswith("_batch.c") else ()
+        order = _order(compiler, unit.source, sources.get(unit.source, ""))
         return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source, stop)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
@@ -153,10 +153,10 @@ def _build(
     return sealed((folder / EXTENSION).read_bytes())
 
 
-def _order(compiler: Compiler, text: str) -> tuple[str, ...]:
-    """How a compiler treats the loops of a batch file, by the length of the longest function."""
+def _order(compiler: Compiler, name: str, text: str) -> tuple[str, ...]:
+    """How a compiler treats a file, by the length of the longest function; loops of batch files in a better order."""
     longest = max(function.count("\n") for function in text.split("\n}\n"))
-    return compiler.haste if longest > _LONG else compiler.scheduling
+    return compiler.haste if longest > _LONG else compiler.scheduling if name.endswith("_batch.c") else ()
 
 
 def _own_units() -> tuple[Unit, Unit]:

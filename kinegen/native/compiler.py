@@ -64,10 +64,11 @@ class Compiler:
     def haste(self) -> tuple[str, ...]:
         """Flags that suit functions of thousands of lines, instead of `scheduling`.
 
-        The search for another order, the joining of instructions and the assignment of registers take gcc a time that
-        grows with the square of such a function's length. The loops stay vectors and the bits stay.
+        The search for another order, the joining of instructions, the assignment of registers and loads that are
+        brought forward take gcc a time that grows with the square of such a function's length. The loops stay vectors
+        and the bits stay.
         """
-        return ("--param=max-combine-insns=2", "-fira-region=one") if self._is_gcc else ()
+        return ("--param=max-combine-insns=2", "-fira-region=one", "-fno-gcse") if self._is_gcc else ()
 
     @property
     def _is_gcc(self) -> bool:

@@ -11,8 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinegen import naming
+from kinegen.emit.c.numeric_inverse_batch import search_batch_arguments
 from kinegen.native.flags import Flags
 from kinegen.native.glue import HEADER, Function, Interface, batch_arguments
+from kinegen.outputs import NUMERIC_INVERSE
 
 NEEDS = "kinegen_needs.c"
 """Compiled like the kernels; holds data alone."""
@@ -60,21 +62,30 @@ def units(interface: Interface, names: tuple[str, ...], flags: Flags) -> tuple[U
     Returns:
         One compilation for each file, or for each variant of a batch file.
     """
-    batches = {naming.c_file(interface.symbol, "c", real, batch=True): real for real in interface.reals}
+    batches = _batches(interface)
     found = [Unit(PROCESSOR, PROCESSOR.removesuffix(".c"), ("-std=gnu99", "-O2"))]
     for name in names:
         stem, plain = name.removesuffix(".c"), flags.arguments(batch=name in batches)
         if name in batches and flags.variants:
-            functions = [
-                naming.function(interface.symbol, function.name, batches[name], batch=True)
-                for function in interface.functions
-            ]
+            functions = batches[name]
             for variant in flags.variants:
                 renames = tuple(f"-D{function}={function}_{variant.name}" for function in functions)
                 found.append(Unit(name, f"{stem}_{variant.name}", (*plain, *variant.arguments(), *renames)))
         elif name.endswith(".c") and name != PROCESSOR:
             found.append(Unit(name, stem, plain))
     return tuple(found)
+
+
+def _batches(interface: Interface) -> dict[str, tuple[str, ...]]:
+    """The C files with batch kernels, and the names of these."""
+    found = {}
+    for real in interface.reals:
+        names = (naming.function(interface.symbol, each.name, real, batch=True) for each in interface.functions)
+        found[naming.c_file(interface.symbol, "c", real, batch=True)] = tuple(names)
+        if interface.numeric_inverse:
+            name = naming.function(interface.symbol, NUMERIC_INVERSE.function, real, batch=True)
+            found[naming.search_file(interface.symbol, "c", real, batch=True)] = (name,)
+    return found
 
 
 def dispatch(interface: Interface, flags: Flags) -> dict[str, str]:
@@ -96,8 +107,9 @@ def dispatch(interface: Interface, flags: Flags) -> dict[str, str]:
     code = code.replace("FEATURES", _features(flags)).replace("LAST", str(len(names) - 1))
     code = code.replace("NAMES", _strings(names)).replace("LABELS", _strings(labels))
     if flags.variants:
-        code += "".join(_passing_on(interface, function, flags) for function in interface.functions)
-    return {NEEDS: "\n".join([*data, ""]), PROCESSOR: f'#include "{HEADER}"\n{code}'}
+        code += "".join(_kernels_passed_on(interface, function, flags) for function in interface.functions)
+        code += _search_passed_on(interface, flags) if interface.numeric_inverse else ""
+    return {NEEDS: "\n".join([*data, ""]), PROCESSOR: f'#include "{HEADER}"\n{_searches(interface)}{code}'}
 
 
 _CODE = """
@@ -171,15 +183,35 @@ def _features(flags: Flags) -> str:
     )
 
 
-def _passing_on(interface: Interface, function: Function, flags: Flags) -> str:
+def _searches(interface: Interface) -> str:
+    """The headers of the searches for many targets."""
+    names = (naming.search_file(interface.symbol, "h", real, batch=True) for real in interface.reals)
+    return "".join(f'#include "{name}"\n' for name in names) if interface.numeric_inverse else ""
+
+
+def _kernels_passed_on(interface: Interface, function: Function, flags: Flags) -> str:
     """The batch kernels of the plain names."""
     text = ""
     for real in interface.reals:
         name = naming.function(interface.symbol, function.name, real, batch=True)
-        arguments = batch_arguments(interface, function, real)
-        values = ", ".join(argument.split()[-1].lstrip("*") for argument in arguments)
-        forms = ", ".join(f"{name}_{variant.name}" for variant in flags.variants)
-        signature = f"({', '.join(arguments)})"
-        text += f"\ntypedef void {name}_form{signature};\n{name}_form {forms};\n\nvoid {name}{signature}\n{{\n"
-        text += f"    static {name}_form *const forms[] = {{{forms}}};\n    forms[picked]({values});\n}}\n"
+        text += _passed_on(name, batch_arguments(interface, function, real), flags)
     return text
+
+
+def _search_passed_on(interface: Interface, flags: Flags) -> str:
+    """The searches for many targets of the plain names."""
+    text = ""
+    for real in interface.reals:
+        name = naming.function(interface.symbol, NUMERIC_INVERSE.function, real, batch=True)
+        arguments = search_batch_arguments(interface.symbol, real, parameters=bool(interface.parameters))
+        text += _passed_on(name, arguments, flags)
+    return text
+
+
+def _passed_on(name: str, arguments: tuple[str, ...], flags: Flags) -> str:
+    """A function that calls the variant that was picked."""
+    values = ", ".join(argument.split()[-1].lstrip("*") for argument in arguments)
+    forms = ", ".join(f"{name}_{variant.name}" for variant in flags.variants)
+    signature = f"({', '.join(arguments)})"
+    text = f"\ntypedef void {name}_form{signature};\n{name}_form {forms};\n\nvoid {name}{signature}\n{{\n"
+    return text + f"    static {name}_form *const forms[] = {{{forms}}};\n    forms[picked]({values});\n}}\n"

@@ -1,8 +1,8 @@
-"""The C between the numeric inverse of a robot and Python: one loop over targets."""
+"""The C between the numeric inverse of a robot and Python."""
 
 from __future__ import annotations
 
-from kinegen.naming import companion, function
+from kinegen.naming import companion, function, search_file
 from kinegen.native.glue import HEADER, Interface
 from kinegen.outputs import NUMERIC_INVERSE
 
@@ -18,12 +18,10 @@ def search_declarations(interface: Interface) -> tuple[str, ...]:
 def search_glue(interface: Interface) -> dict[str, str]:
     """C text by file name; see `search_declarations` for what it defines.
 
-    Target i takes the runtime parameters `params[sets * i]`: of 0 sets all take the same.
-
-    The seed of a target depends on its place in the whole batch, so the result does not depend on blocks or threads.
+    Target i takes the runtime parameters `params[sets * i]`: of 0 sets all take the same. A single target is searched
+    for by the kernel for one, all others in lock step.
     """
-    name = NUMERIC_INVERSE.function
-    parts = [f'#include "{interface.prefix(real)}_{name}.h"\n' for real in interface.reals]
+    parts = [f'#include "{search_file(interface.symbol, "h", real, batch=True)}"\n' for real in interface.reals]
     return {
         SEARCH: f'#include "{HEADER}"\n'
         + "".join(parts)
@@ -39,14 +37,14 @@ def _head(interface: Interface, real: str) -> str:
         f"const {real} *starts",
         "size_t count",
         "size_t first",
+        "int32_t single",
         f"const {real} *tolerances",
         "int32_t restarts",
         "uint32_t seed",
         "int32_t budget",
         "int32_t steps",
         f"{real} *q",
-        f"{real} *errors",
-        "int32_t *iterations",
+        "void *found",
         "unsigned char *solved",
     )
     name = companion(function(interface.symbol, NUMERIC_INVERSE.function, real), "many")
@@ -54,21 +52,17 @@ def _head(interface: Interface, real: str) -> str:
 
 
 def _definition(interface: Interface, real: str) -> str:
-    stem, name = interface.prefix(real), NUMERIC_INVERSE.function
-    params = f"(const {interface.params(real)} *)params + sets * i, " if interface.parameters else ""
-    dof = f"{interface.symbol.upper()}_DOF"
+    stem, dof = interface.prefix(real), f"{interface.symbol.upper()}_DOF"
+    one = function(interface.symbol, NUMERIC_INVERSE.function, real)
+    many = function(interface.symbol, NUMERIC_INVERSE.function, real, batch=True)
+    params = f"(const {interface.params(real)} *)params, " if interface.parameters else ""
+    sets = "(ptrdiff_t)sets, " if interface.parameters else ""
     return f"""
 {_head(interface, real)}
 {{
-    for (size_t i = 0; i < count; i++) {{
-        const uint32_t own = seed + (uint32_t)(first + i) * 2654435761U;
-        const {stem}_search search = {{tolerances[0], tolerances[1], restarts, own, budget, steps}};
-        {stem}_found found;
-        solved[i] = (unsigned char){stem}_{name}(
-            targets + 16 * i, starts + {dof} * i, {params}&search, q + {dof} * i, &found);
-        errors[2 * i] = found.position_error;
-        errors[2 * i + 1] = found.rotation_error;
-        iterations[i] = found.iterations;
-    }}
+    const {stem}_search search = {{tolerances[0], tolerances[1], restarts, seed, budget, steps}};
+    if (single) solved[0] = (unsigned char){one}(targets, starts, {params}&search, q, ({stem}_found *)found);
+    else {many}(count, targets, 16, 1, starts, {dof}, 1, {params}{sets}&search, first, q, {dof},
+                ({stem}_found *)found, solved, 0);
 }}
 """

@@ -249,7 +249,7 @@ def _shows(program: Program, result: Array) -> Iterator[str]:
     if result.is_pose:
         yield f"Frama_C_show_each_{name}_position({place}[4 * Frama_C_interval(0, 2) + 3]);"
         yield f"Frama_C_show_each_{name}_rotation({place}[4 * Frama_C_interval(0, 2) + Frama_C_interval(0, 2)]);"
-    elif result.name.startswith("base_p_"):
+    elif result.is_point:
         yield f"Frama_C_show_each_{name}_position({place}[Frama_C_interval(0, 2)]);"
     else:
         yield f"Frama_C_show_each_{name}_{result.name}({place}[Frama_C_interval(0, {result.stored - 1})]);"

@@ -47,9 +47,9 @@ def by_adjoint(
     """
     first: dict[str, Quantity] = {}
     for quantity, found in results.items():
-        other = first.setdefault(quantity.frame, quantity)
+        other = first.setdefault(quantity.way, quantity)
         if other is not quantity:
-            in_base = Quantity(Kind.JACOBIAN, Reference.WORLD, quantity.frame)
+            in_base = Quantity(Kind.JACOBIAN, Reference.WORLD, quantity.frame, quantity.seen_from)
             wanted = _in_base(known, other, results[other][-1])
             (subject,) = subjects(in_base)
             split = tuple(subject.split(wanted[:, column]) for column in range(wanted.shape[1]))

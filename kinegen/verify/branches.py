@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from kinegen import reference
 from kinegen.errors import ProofError
-from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.inverse.axes import JointAxis
+from kinegen.symbolic.inverse.derive import singular_below, size_of
 from kinegen.symbolic.inverse.family import (
     Arm,
     ColumnArm,
@@ -80,12 +80,13 @@ def require_names(
     places = np.nonzero(solved)
     rows = joints[places]
     found = signs(robot, family, rows) if len(rows) else {}
+    doubtful = max(DOUBTFUL, singular_below(robot, family))
     words = _SPHERICAL_WORDS if isinstance(family.build, SphericalArm) else _WORDS
     for index, name in enumerate(names):
         own = places[1] == index
         for word in name.split(", "):
             choice, wanted = words.get(word, ("", 0))
-            wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
+            wrong = own & (found[choice] * wanted < -doubtful) if choice in found else own[:0]
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
                 raise ProofError(f"{robot.name}: {target} has ({place}) in the branch '{name}', which is not {word}")
@@ -103,7 +104,8 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
         By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
     """
     zero = np.zeros((1, robot.dof))
-    now, rest = (Lines(robot, each, is_reversed=family.is_reversed, held=family.held) for each in (q, zero))
+    size = size_of(robot, family)
+    now, rest = (Lines(robot, each, size, is_reversed=family.is_reversed, held=family.held) for each in (q, zero))
     return dict(_signs(now, rest, family))
 
 
@@ -119,12 +121,13 @@ class Lines:
     Args:
         robot: The robot.
         q: Joint vectors, shape (N, dof).
+        extent: The reach of the arm.
         is_reversed: Whether the chain goes from the tool to the base.
         held: A joint that is not in the chain.
     """
 
     def __init__(
-        self, robot: Robot, q: FloatArray, *, is_reversed: bool = False, held: JointAxis | None = None
+        self, robot: Robot, q: FloatArray, extent: float, *, is_reversed: bool = False, held: JointAxis | None = None
     ) -> None:
         jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
         place = reference.pose(robot, q)[:, 0, :3, 3]
@@ -135,7 +138,7 @@ class Lines:
         self.directions = self.directions / np.linalg.norm(self.directions, axis=2, keepdims=True)
         lever = np.cross(angular, linear) / np.where(turns, rates, 1) ** 2
         self.points = place[:, None] + np.where(turns, lever, 0)
-        self.tool, self.extent = place, reach(robot)
+        self.tool, self.extent = place, extent
         if is_reversed:
             # From the tool, a joint turns everything before it the other way.
             self.directions, self.points = -self.directions[:, ::-1], self.points[:, ::-1]

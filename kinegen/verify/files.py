@@ -22,7 +22,7 @@ from kinegen.errors import ProofError
 from kinegen.ir.lower import program_of
 from kinegen.naming import default_params, vectors_file
 from kinegen.native.compiler import find_compiler
-from kinegen.outputs import SOLVERS, Kind, Quantity
+from kinegen.outputs import INVERSES, SOLVERS, Kind, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.joint_limits import require_limits, require_python_limits
@@ -67,11 +67,13 @@ def require_files(
     require_tables(robot, package, programs)
     require_python_limits(robot, package)
     require_types(robot, package, folder)
-    straight = tuple(quantity for quantity in programs if quantity.kind is not Kind.INVERSE)
+    straight = tuple(quantity for quantity in programs if quantity.kind not in INVERSES)
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".py")}
     require_straight(robot, texts, straight, reals)
     if package.backend != "c":
         return
+    # The inverse of a machine has a proof of its own, and no part in the self-test.
+    programs = tuple(quantity for quantity in programs if quantity.kind is not Kind.AXIS_INVERSE)
     compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
     kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
     choices = tuple(quantity for quantity in programs if quantity.kind is Kind.INVERSE)
@@ -145,7 +147,7 @@ def _spoilable(kernel: Any, quantity: Quantity) -> Spoilable:
 
 def _spreads(robot: Robot, quantities: Sequence[Quantity]) -> dict[Quantity, Spreads]:
     """For each kernel and result the largest numbers at the test vectors, and how far units of floats move them."""
-    programs = [program_of(robot, quantity) for quantity in quantities if quantity.kind is not Kind.INVERSE]
+    programs = [program_of(robot, quantity) for quantity in quantities if quantity.kind not in INVERSES]
     inputs = vector_inputs(robot, programs)
     found = {}
     for program in programs:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from kinegen import reference
 from kinegen.errors import ProofError
 from kinegen.outputs import Quantity
-from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.extent import joint_box
 from kinegen.robot.model import JointType, Robot
-from kinegen.symbolic.inverse.derive import family_of
+from kinegen.symbolic.inverse.derive import family_of, size_of
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.solve import reads_attitude
 from kinegen.verify.branches import Lines
@@ -47,8 +47,8 @@ def refuse_the_impossible(robot: Robot, quantity: Quantity, ways: Sequence[Way],
         ProofError: Naming the way and the kind of target.
     """
     q = random_joints(robot, TARGETS, SEED)
-    poses = reference.pose(robot, q)[:, 0]
-    outward = Lines(robot, q).from_axis(1, poses[:, :3, 3])
+    poses, size = reference.pose(robot, q)[:, 0], size_of(robot, family_of(robot))
+    outward = Lines(robot, q, size).from_axis(1, poses[:, :3, 3])
     kind = DTYPES[real]
     given = reference.redundancy(robot, q).astype(kind) if robot.redundancy else None
     besides = () if given is None else (given,)
@@ -89,9 +89,9 @@ def _impossible(
         yield what, spoilt
     if all(each.type is JointType.REVOLUTE or each.limits for each in robot.variables):
         for distance in (1.01, 4.0):
-            yield "out of reach", _moved(poses, poses[:, :3, 3], distance * reach(robot))
+            yield "out of reach", _moved(poses, poses[:, :3, 3], distance * size_of(robot, family))
             # In the plane of an arm whose axes are parallel, and in the plane of approach of one with five joints.
-            yield "out of reach", _moved(poses, outward, distance * reach(robot))
+            yield "out of reach", _moved(poses, outward, distance * size_of(robot, family))
     if not reads:
         return
     for what, change in (

@@ -95,17 +95,11 @@ def _pointer(row: Rows) -> ctypes.c_void_p:
 
 
 def _within(q: Rows, low: Rows, high: Rows) -> Rows:
-    return np.array(
-        [all(a <= x <= b and math.isfinite(x) for x, a, b in zip(row, low, high, strict=True)) for row in q]
-    )
+    return np.asarray(((low <= q) & (q <= high) & np.isfinite(q)).all(axis=1))
 
 
 def _clamped(q: Rows, low: Rows, high: Rows) -> Rows:
-    def nearest(x: Any, a: Any, b: Any) -> Any:
-        return a if x < a else b if x > b else x  # NaN is neither
-
-    rows = [[nearest(x, a, b) for x, a, b in zip(row, low, high, strict=True)] for row in q]
-    return np.array(rows, q.dtype).reshape(q.shape)
+    return np.where(q < low, low, np.where(q > high, high, q))  # NaN is neither
 
 
 def _vectors(low: Rows, high: Rows) -> Rows:

@@ -65,11 +65,11 @@ class Known:
 
 
 def quantity_frames(robot: Robot, quantity: Quantity) -> tuple[str, ...]:
-    """The frames for which a quantity is computed."""
+    """The frames for which a quantity is computed; one that is not seen from the base is written `frame/other`."""
     if quantity.kind in _OF_POSES:
         return ("b",)
     if quantity.frame:
-        return (quantity.frame,)
+        return (quantity.way,)
     return robot.frame_names if quantity.kind is Kind.FRAMES else robot.tips
 
 

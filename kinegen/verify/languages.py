@@ -27,13 +27,14 @@ from kinegen.emit.reals import Real
 from kinegen.errors import MissingToolError, ProofError
 from kinegen.ir.program import Program
 from kinegen.native.compiler import Compiler, find_compiler
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import INVERSES, Kind, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.beyond import beyond_limits
 from kinegen.verify.compared import Store
 from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.impossible import refuse_the_impossible
 from kinegen.verify.inverse import FEWER, try_ways
+from kinegen.verify.machine import machine_inputs, try_machine_ways
 from kinegen.verify.moved import move_parameters
 from kinegen.verify.plain import CLAMP, NEAREST, WITHIN, PlainKernels, compile_plain
 from kinegen.verify.proof import (
@@ -230,7 +231,7 @@ class _Judged:
         robot = self._robot
         found = self._compare(robot, self._samples)
         # An inverse is tried with targets that are no numbers among others.
-        forward = {quantity: each for quantity, each in self._programs.items() if quantity.kind is not Kind.INVERSE}
+        forward = {quantity: each for quantity, each in self._programs.items() if quantity.kind not in INVERSES}
         found += compare_beyond(robot, forward, self._real, lambda quantity: self._ways(forward[quantity], None))
         for quantity, program in forward.items():
             require_nans(robot, quantity, {self._real: self._ways(program, None)})
@@ -248,6 +249,8 @@ class _Judged:
                 given = (reference.redundancy(robot, samples),) if robot.redundancy else ()
                 poses = reference.pose(robot, samples)[:, 0]
                 inputs: Arrays = tuple(each.astype(DTYPES[self._real]) for each in (poses, *given))
+            elif program.quantity.kind is Kind.AXIS_INVERSE:
+                inputs = machine_inputs(robot, program.quantity, self._real, samples)
             else:
                 points = held(robot, program.quantity, samples)
                 inputs, _ = store.expect(program.quantity, program.signature.inputs, points)
@@ -315,13 +318,16 @@ class _Judged:
         store = Store(robot, DTYPES[self._real], exact=False)
         for quantity, program in self._programs.items():
             ways = self._ways(program, parameters)
-            if quantity.kind is Kind.INVERSE:
+            if quantity.kind in INVERSES:
                 found += self._solve(robot, quantity, ways)
             else:
                 found += compare_kernel(robot, program, ways, self._real, store, samples)[2]
         return found
 
     def _solve(self, robot: Robot, quantity: Quantity, ways: tuple[Way, ...]) -> list[Comparison]:
+        if quantity.kind is Kind.AXIS_INVERSE:
+            trials = try_machine_ways(robot, quantity, ways, self._real, FEWER)
+            return [inverse_comparison(robot, quantity, trial, self._real) for trial in trials]
         refuse_the_impossible(robot, quantity, ways, self._real)
         trials = try_ways(robot, quantity, ways, self._real, self._branches, FEWER)
         return [inverse_comparison(robot, quantity, trial, self._real) for trial in trials]

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
+from kinegen.outputs import COMPLETE_INVERSE, INVERSES, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
+from kinegen.symbolic.inverse.derive import family_of, size_of
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.compared import Judge, Store, compare
@@ -25,6 +26,7 @@ from kinegen.verify.complete import Completed, complete_line, try_complete
 from kinegen.verify.expectation import expect
 from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
+from kinegen.verify.machine import try_machine
 from kinegen.verify.moved import move_parameters, parameter_sets
 from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
@@ -69,7 +71,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
     Returns:
         The comparisons; see `Proof.require`.
     """
-    inverses = tuple(each for each in quantities if each.kind is Kind.INVERSE or each in SOLVERS)
+    inverses = tuple(each for each in quantities if each.kind in INVERSES or each in SOLVERS)
     quantities = tuple(each for each in quantities if each not in inverses)
     samples = proof_samples(robot)
     programs = {quantity: program_of(robot, quantity) for quantity in quantities}
@@ -97,7 +99,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
             comparisons += [with_parameters(other) for other in others]
-            if all(comparison.holds for comparison in comparisons):
+            if quantity.kind is not Kind.AXIS_INVERSE and all(comparison.holds for comparison in comparisons):
                 require_varied_batches(robot, package, quantity, real)
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
@@ -111,7 +113,8 @@ def with_parameters(comparison: Comparison) -> Comparison:
 def _solve(
     robot: Robot, package: ModuleType, quantity: Quantity, real: str, values: tuple[float, ...] | None = None
 ) -> tuple[list[Comparison], str]:
-    trials = try_inverse(robot, package, quantity, real, values)
+    attempt = try_machine if quantity.kind is Kind.AXIS_INVERSE else try_inverse
+    trials = attempt(robot, package, quantity, real, values)
     told = counts_line(max(trials, key=lambda trial: trial.poses))
     return [inverse_comparison(robot, quantity, trial, real) for trial in trials], told
 
@@ -155,16 +158,17 @@ def _complete_comparison(completed: Completed) -> Comparison:
 
 def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
     """What a trial of an inverse comes to."""
+    size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(robot, family_of(robot))
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,
         poses=trial.poses,
         position_error=trial.position_error,
         rotation_error=trial.rotation_error,
-        position_tolerance=trial.accepted * reach(robot),
+        position_tolerance=trial.accepted * size,
         rotation_tolerance=trial.accepted,
         worst=trial.worst,
-        frame=TOOL,
+        frame=quantity.way or TOOL,
         real=real,
     )
 

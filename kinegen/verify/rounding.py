@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -54,14 +55,21 @@ def rounded_trials(
         Results of shape (N, outputs), NaN where an angle is beyond what sines are computed of: first as float64 gives
         them, then `TRIALS` times with other roundings.
     """
-    generator = np.random.default_rng(seed)
+    signs = _directions(seed)
     together = max(1, _TOGETHER // max(1, len(inputs)))
     for first in range(0, 1 + TRIALS, together):
-        trials = range(first, min(first + together, 1 + TRIALS))
-        signs = [generator.choice((-1.0, 1.0), _SIGNS) if trial else np.zeros(_SIGNS) for trial in trials]
-        run = _Run(program, parameters, real, np.stack(signs))
+        run = _Run(program, parameters, real, signs[first : first + together])
         blocks = [run.results(inputs[start : start + _BLOCK]) for start in range(0, len(inputs), _BLOCK)]
         yield from np.concatenate(blocks, axis=1)
+
+
+@lru_cache(maxsize=2)
+def _directions(seed: int) -> FloatArray:
+    """The directions of all trials, shape (1 + TRIALS, _SIGNS); none of the first, which is plain."""
+    generator = np.random.default_rng(seed)
+    signs = np.stack([np.zeros(_SIGNS), *(generator.choice((-1.0, 1.0), _SIGNS) for _ in range(TRIALS))])
+    signs.flags.writeable = False
+    return signs
 
 
 class _Run:

@@ -32,6 +32,14 @@ _SELECTION = re.compile(rf"(?:{_KIND} {_NAME}|{_PLACE}) = \({_OPERAND} < {_OPERA
 _TILE = re.compile(r"for \(ptrdiff_t i = 0; i < \w+; i\+\+\) \{")
 """The loop over the configurations of a tile: all the control that there is around the statements of a batch kernel."""
 
+_ARRAY = re.compile(r"(?:double|float) (?:sines|cosines)\[(\d+)\](?:\[\w+\])?;")
+_PAIRS = re.compile(
+    rf"for \(int k = 0; k < (?P<turns>\d+); k\+\+\) \{{\s*(?P<tile>{_TILE.pattern}\s*)?"
+    rf"const (?:double|float) angle = {_PLACE};\s*"
+    rf"(?P<pair>{_NAME})\(angle, &sines\[k\](?:\[i\])?, &cosines\[k\](?:\[i\])?\);\s*\}}(?(tile)\s*\}})"
+)
+"""The loop over the sines and cosines of a long chain: one call, and as many turns as its arrays have places."""
+
 _HINT = re.compile(r"#ifdef (\w+_APART)\s+\1\s+#endif")
 """What tells a compiler before that loop that the rows of a result lie apart."""
 
@@ -85,15 +93,23 @@ def _body(text: str, head: str) -> str:
 
 def _crooked(body: str, allowed: set[str]) -> Iterator[str]:
     """The statements of a body that are neither sums and products, nor calls of the functions that kernels have."""
-    inner = _TILE.sub("", _HINT.sub("", body, count=1), count=1)
-    if inner != body:
-        inner = inner.rstrip().removesuffix("}")
+    loop = _PAIRS.search(body)
+    angles = ""
+    if loop and loop["pair"] in allowed and {*_ARRAY.findall(body[: loop.start()])} == {loop["turns"]}:
+        angles, body = _within_tile(_ARRAY.sub("", body[: loop.start()])), body[loop.end() :]
+    inner = angles + _within_tile(_HINT.sub("", body, count=1))
     for statement in inner.split(";"):
         text = " ".join(statement.split())
         called = _CALL.fullmatch(text.partition(" = ")[2] or text)
         if not text or _STRAIGHT.fullmatch(text) or _SELECTION.fullmatch(text) or (called and called[1] in allowed):
             continue
         yield text
+
+
+def _within_tile(text: str) -> str:
+    """The statements in the loop over a tile, or all where there is none."""
+    inner = _TILE.sub("", text, count=1)
+    return inner.rstrip().removesuffix("}") if inner != text else text
 
 
 _PARTS = "Name Constant BinOp UnaryOp Subscript Attribute Call Tuple Load Store Del Add Sub Mult Div USub Assign Return"

@@ -18,7 +18,7 @@ from kinegen.emit.c.expected import Expected, Vectors
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-from kinegen.outputs import Array, Kind, Quantity, Signature
+from kinegen.outputs import INVERSES, Array, Kind, Quantity, Signature
 from kinegen.reference import DIGITS, redundancy
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
@@ -66,7 +66,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         leaves of a zero, has no vectors. The inverse, which gives several results for one pose, has targets instead.
     """
     robot = kernels.robot
-    programs = tuple(program for program in kernels.programs if program.quantity.kind is not Kind.INVERSE)
+    programs = tuple(program for program in kernels.programs if program.quantity.kind not in INVERSES)
     given = given_arrays(robot, programs)
     values = vector_inputs(robot, programs)
     known = Known(robot, values, exact=True)
@@ -76,7 +76,8 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     ]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
-    has_targets = kernels.numeric_inverse or len(programs) < len(kernels.programs)
+    has_inverse = any(program.quantity.kind is Kind.INVERSE for program in kernels.programs)
+    has_targets = kernels.numeric_inverse or has_inverse
     targets = _targets(robot) if has_targets else ()
     expected = {
         program.quantity: vector_results(known, program.signature, spreads[program.quantity]) for program in safe
@@ -86,7 +87,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
         targets=targets,
-        given=_given(robot, targets) if robot.redundancy and len(programs) < len(kernels.programs) else (),
+        given=_given(robot, targets) if robot.redundancy and has_inverse else (),
     )
 
 
@@ -270,7 +271,8 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
     """The arguments of the sines and cosines of one call, in exact arithmetic."""
     known: dict[Operand, Fraction] = {Variable(index): entry for index, entry in enumerate(row)}
     known |= {RuntimeParameter(name): value for name, value in parameters.items()}
-    for statement in program.statements:
+    pairs = [place for place, each in enumerate(program.statements) if each.operator is Operator.SINCOS]
+    for statement in program.statements[: max(pairs, default=-1) + 1]:
         known |= {operand: operand.value for operand in statement.operands if isinstance(operand, Constant)}
         operands = [known[operand] for operand in statement.operands if operand in known]
         if statement.operator is Operator.SINCOS:

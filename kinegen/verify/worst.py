@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.naming import companion, function, prefix
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import INVERSES, Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.subjects import subjects
 
@@ -38,7 +38,7 @@ def worst_number(robot: Robot, package: ModuleType, text: str, quantities: Seque
     """
     worst, sentence = 1.0, ""
     for quantity in quantities:
-        if quantity.kind is Kind.INVERSE:
+        if quantity.kind in INVERSES:
             continue
         for name, found, wanted, accepted in _compared(robot, package, text, quantity, real):
             apart = np.abs(found - wanted)

@@ -47,7 +47,9 @@ def _possible(robot: Robot) -> list[Quantity]:
     from kinegen.symbolic.inverse.family import Family
     from kinegen.symbolic.inverse.recognise import recognise
 
-    has_inverse = not robot.redundancy and isinstance(recognise(robot), Family)
+    family = None if robot.redundancy else recognise(robot)
+    # That of an arm which is only nearly of a family has too many statements for a page.
+    has_inverse = isinstance(family, Family) and family.defect is None
     found = [Quantity(Kind.INVERSE)] if has_inverse else []
     if robot.actuators.readings:
         found.append(Quantity(Kind.ACTUATORS_TO_JOINTS))

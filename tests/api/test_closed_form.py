@@ -30,7 +30,11 @@ def numbers(robot: kinegen.Robot, matrix: sp.MatrixBase, q: np.ndarray) -> np.nd
     return np.array(matrix.subs(taken).doit().evalf(30).tolist(), dtype=float)
 
 
-@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.long] * (path.stem == "general_6r")) for path in ROBOTS],
+    ids=lambda path: path.stem,
+)
 def test_sympy_has_the_value_of_the_judge(path: Path) -> None:
     robot = kinegen.load(path)
     q = np.random.default_rng(3).uniform(-1.5, 1.5, robot.dof)

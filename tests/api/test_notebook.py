@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,8 @@ def shell() -> Iterator[Any]:
     """IPython with the extension."""
     from IPython.core.interactiveshell import InteractiveShell
 
-    found = InteractiveShell.instance()
+    # A module of its own: reset() would empty the `__main__` of this process, which starts others.
+    found = InteractiveShell.instance(user_module=ModuleType("cells"))
     found.extension_manager.load_extension("kinegen")
     yield found
     found.extension_manager.unload_extension("kinegen")

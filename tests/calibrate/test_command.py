@@ -98,7 +98,7 @@ def test_the_whole_report(poses: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert "the stated uncertainty fits" in printed
     assert "row shoulder becomes a Hayati row" in " ".join(printed.split())
     assert "no outliers" in printed
-    assert "none after calibration; build the calibrated file with --outputs numeric_inverse" in printed
+    assert "closed-form inverse: nearly UR type: parallel axes 2, 3, 4, whose solutions Newton steps lead" in printed
     assert printed.endswith(f"  wrote {out}\n  wrote {picture}\n")
     assert b"<svg" in picture.read_bytes()
     text = out.read_text(encoding="utf-8")
@@ -132,7 +132,7 @@ def test_the_document_has_the_numbers(poses: Path, capsys: pytest.CaptureFixture
     assert all(each["sigma"] > 0 for each in found["parameters"] if not each["fixed"])
     assert len(found["suggestions"][0]["q"]) == 6
     assert found["cross_validation"]["folds"] == 5
-    assert found["inverse"]["after"] is None
+    assert found["inverse"]["after"] == "nearly UR type: parallel axes 2, 3, 4"
 
 
 def test_a_family_that_survives_is_reported(poses: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

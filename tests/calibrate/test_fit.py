@@ -24,7 +24,10 @@ from tests.calibrate.simulated import ROBOTS, SIGMA, arm_of, joint_vectors, meas
 TABLE = ("theta", "a", "d", "alpha")
 
 
-@pytest.mark.parametrize("name", ["ur5", "puma560", "scara", "panda", "stanford", "calibrated_2r"])
+LONGER = [pytest.param(name, marks=pytest.mark.long) for name in ("puma560", "panda", "stanford")]
+
+
+@pytest.mark.parametrize("name", ["ur5", "scara", "calibrated_2r", *LONGER])
 def test_the_prepared_arm_has_the_poses_of_the_file(name: str) -> None:
     _, arm = arm_of(ROBOTS / f"{name}.yaml", *TABLE, "base", "tool")
     q = joint_vectors(arm, 10)
@@ -34,7 +37,7 @@ def test_the_prepared_arm_has_the_poses_of_the_file(name: str) -> None:
     assert arm.poses(arm.start, q) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["ur5", "puma560", "scara", "calibrated_2r"])
+@pytest.mark.parametrize("name", ["scara", "calibrated_2r", *LONGER])
 def test_derivatives_are_those_of_the_poses(name: str) -> None:
     _, arm = arm_of(ROBOTS / f"{name}.yaml", *TABLE, "base", "tool")
     q, values, step = joint_vectors(arm, 5), wrong(arm, share=3.0), 1e-6

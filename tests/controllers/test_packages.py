@@ -73,9 +73,9 @@ REFUSED = {
     "no closed form": (
         None,
         "ros2_control",
-        "iiwa14 has no closed-form inverse: no family of closed forms has the joints RRRRRRR",
+        "no ros2_control package for iiwa14: it has no closed-form inverse, which the package calls: no family",
     ),
-    "tree": (None, "linuxcnc", "hand has no closed-form inverse: it has 5 tips, not one"),
+    "tree": (None, "linuxcnc", "no LinuxCNC package for hand: it has 5 tips, and the package moves one tool"),
 }
 
 FILES = {
@@ -113,7 +113,8 @@ def test_more_than_nine_joints_are_refused(tmp_path: Path, capsys: pytest.Captur
     )
 
     assert (
-        "arm has no closed-form inverse: no family of closed forms has the joints RRRRRRRRRR" in capsys.readouterr().err
+        "it has no closed-form inverse, which the package calls: no family of closed forms has the joints RRRRRRRRRR"
+        in capsys.readouterr().err
     )
 
 

@@ -24,16 +24,18 @@ def function(lines: int) -> str:
 
 
 def test_the_length_of_one_function_decides() -> None:
-    assert _order(GCC, function(_LONG - 10) * 3) == GCC.scheduling
-    assert _order(GCC, function(10) + function(_LONG + 1) + function(10)) == GCC.haste
-    assert _order(CLANG, function(_LONG + 1)) == ()
+    long = function(10) + function(_LONG + 1) + function(10)
+    assert _order(GCC, "arm_batch.c", function(_LONG - 10) * 3) == GCC.scheduling
+    assert _order(GCC, "arm.c", function(_LONG - 10)) == ()
+    assert _order(GCC, "arm_batch.c", long) == _order(GCC, "arm.c", long) == GCC.haste
+    assert _order(CLANG, "arm_batch.c", long) == ()
 
 
 def test_no_package_of_ours_is_compiled_in_a_hurry() -> None:
     batches = list((ROOT / "generated").glob("*/*_batch.c"))
 
     assert batches
-    assert all(_order(GCC, path.read_text(encoding="utf-8")) == GCC.scheduling for path in batches)
+    assert all(_order(GCC, path.name, path.read_text(encoding="utf-8")) == GCC.scheduling for path in batches)
 
 
 def test_haste_keeps_the_bits(tmp_path: Path) -> None:

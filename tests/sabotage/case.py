@@ -16,7 +16,7 @@ sources is taken from the altered files, they are compiled, and the package is p
 
     Sabotage(
         "float: the sign of d in the batch",      # unique; says what is wrong
-        "puma560",                                # robots/puma560.yaml, or a file in tests/sabotage/robots/
+        "puma560",                                # robots/puma560.yaml; or in robots/ of these tests, of tests/inverse
         "pose,frames",                            # as for --outputs
         "puma560_f32_batch.c",                    # a glob of emitted names; paths below the folder with --package
         r"0\.1254F",

@@ -22,7 +22,7 @@ from kinegen.results import BuildOptions, Stage
 from tests.sabotage.case import Sabotage, Setting
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = (ROOT / "robots", Path(__file__).parent / "robots")
+FOLDERS = (ROOT / "robots", Path(__file__).parent / "robots", ROOT / "tests" / "inverse" / "robots")
 
 QUICK = Flags(march=None, contraction=False, optimisation="1")
 """How kernels are compiled where it does not matter."""

@@ -21,6 +21,8 @@ from kinegen.verify.proof import prove
 from tests.builds.workshop import ARM, make, write_robot
 from tests.verify.test_broken_kernels import break_emitter, first
 
+pytestmark = pytest.mark.sabotage
+
 Rows = list[Any]
 
 QUANTITIES = tuple(

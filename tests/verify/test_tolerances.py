@@ -61,9 +61,9 @@ CHAINS = [
     (12, "120", "0.1", "m"),
     (12, "720", "1000", "m"),
     (16, "36000", "0.001", "mm"),
-    (32, "", "1000000", "mm"),
-    (64, "", "0.1", "m"),
-    (64, "36000", "0.1", "m"),
+    pytest.param(32, "", "1000000", "mm", marks=pytest.mark.long),
+    pytest.param(64, "", "0.1", "m", marks=pytest.mark.long),
+    pytest.param(64, "36000", "0.1", "m", marks=pytest.mark.long),
 ]
 
 
@@ -190,7 +190,7 @@ def linkages(count: int) -> Iterator[Robot]:
         yield robot
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [10, pytest.param(200, marks=pytest.mark.long)])
 def test_no_right_linkage_is_refused_however_near_its_dead_centres_it_works(count: int) -> None:
     kinds = (Kind.ACTUATORS_TO_JOINTS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS, Kind.JOINTS_TO_ACTUATORS)
     for robot in linkages(count):

@@ -97,7 +97,10 @@ def test_the_same_robot_gives_the_same_bytes(two: dict[str, Path], tmp_path: Pat
     }
 
 
-@pytest.mark.parametrize("robot", ["hand", "calibrated_2r", "scara", "panda_joint_7"])
+@pytest.mark.parametrize(
+    "robot",
+    ["calibrated_2r", "scara", *(pytest.param(name, marks=pytest.mark.long) for name in ("hand", "panda_joint_7"))],
+)
 def test_the_self_test_holds_for_trees_parameters_and_slides(robot: str, tmp_path: Path) -> None:
     outputs = "pose,jacobian" if robot in ("hand", "calibrated_2r") else "pose,inverse"
     made = wheels(tmp_path, ROBOTS / f"{robot}.yaml", "--no-compile", "--outputs", outputs)

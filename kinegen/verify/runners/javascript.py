@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.emit.environment import environment
+from kinegen.emit.javascript.angles import steps
 from kinegen.emit.javascript.syntax import SYNTAX
 from kinegen.emit.javascript.wasm import compile_command
 from kinegen.emit.kernels import Kernels
@@ -32,7 +33,8 @@ def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
     run_tool((tool, "--check", name), folder, name)
     heads = [rf"function {program.quantity.function}_at\(.*\) {{" for program in kernels.programs]
     text = (folder / name).read_text(encoding="utf-8")
-    require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}")
+    calls = [frozenset(f"sincos({len(step.pairs)});" for step in steps(program)) for program in kernels.programs]
+    require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}", calls)
     if (folder / f"{kernels.robot.name}_wasm.js").exists() and all(map(shutil.which, _WASM)):
         run_tool(tuple(compile_command(kernels).split()), folder, f"the WebAssembly of {name}")
     driver = environment().get_template(f"javascript/{_DRIVER}.jinja").render()
