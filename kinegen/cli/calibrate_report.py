@@ -239,6 +239,8 @@ def _with_unit(study: Study) -> Iterable[str]:
 
 
 def _inverse(study: Study) -> str:
+    if study.family_after and study.family_after != study.family_before:
+        return f"closed-form inverse: {study.family_after}, whose solutions Newton steps lead to the arm's own"
     if study.family_after:
         return f"closed-form inverse: {study.family_after}, also after calibration"
     if study.family_before:

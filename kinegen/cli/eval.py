@@ -51,7 +51,7 @@ def _columns(
     "--output",
     metavar="OUT",
     required=True,
-    help="A file (.parquet, .arrow, .npz); any other name is a folder of files.",
+    help="A file (.parquet, .arrow, .npz, .zarr); any other name is a folder of files.",
 )
 @click.option("--outputs", metavar="LIST", default="pose", show_default=True, help="As for `kinegen build`.")
 @click.option(
@@ -64,7 +64,7 @@ def _columns(
 @click.option("--drop", metavar="LIST", default="", help="Columns that are left out of the output; '*' for all.")
 @click.option("--flat", is_flag=True, help="One column for each number, instead of columns of vectors.")
 @click.option("--real", type=click.Choice(["double", "float"]), default="double", show_default=True)
-@click.option("--format", type=click.Choice(["parquet", "arrow", "npz"]), default="parquet", show_default=True)
+@click.option("--format", type=click.Choice(["parquet", "arrow", "npz", "zarr"]), default="parquet", show_default=True)
 @click.option("--compression", type=click.Choice(["none", "snappy", "zstd", "lz4"]), default="none", show_default=True)
 @click.option(
     "--part-rows",
@@ -90,10 +90,10 @@ def command(
 ) -> None:
     """Evaluates outputs of a robot over files of joint vectors, a bounded number of rows at a time.
 
-    DATA are files, folders or patterns: Parquet, Arrow (Feather), CSV, .npy with one row a joint vector, .npz. Other
-    columns pass through. Angles are in radians and lengths in the unit of the robot file. NaN stays NaN, null stays
-    null. Each file of the output is there when it is complete and not before, so a run can be interrupted and resumed;
-    its bytes do not depend on the number of workers.
+    DATA are files, folders or patterns: Parquet, Arrow (Feather), CSV, .npy with one row a joint vector, .npz, Zarr.
+    Other columns pass through. Angles are in radians and lengths in the unit of the robot file. NaN stays NaN, null
+    stays null. Each file of the output is there when it is complete and not before, so a run can be interrupted and
+    resumed; its bytes do not depend on the number of workers.
 
     \b
         kinegen eval robots/puma560.yaml joints.parquet -o poses.parquet

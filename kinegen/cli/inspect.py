@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 import click
@@ -61,12 +62,29 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
 
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
-        return lines
+        return [*lines, *_machine_lines(robot)]
+    lines += _machine_lines(robot)
     lines = [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
     if not refusal(robot):
         lines.append(f"{_INDENT}All solutions, up to 16: kinegen build --outputs complete_inverse")
     if robot.dof == JOINTS and not robot.redundancy:
         lines.append(f"{_INDENT}Seven joints: --redundancy NAME gives one joint, or arm_angle, in addition to the pose")
+    return lines
+
+
+def _machine_lines(robot: Robot) -> list[str]:
+    """The pairs of tips between which the robot is a machine tool with five axes."""
+    from kinegen.robot.model import TOOL
+    from kinegen.symbolic.inverse.machine import Machine, machine_of
+
+    lines = []
+    for tool, workpiece in permutations(robot.tips, 2) if robot.is_tree else ((TOOL, robot.root),):
+        found = machine_of(robot, workpiece, tool)
+        if isinstance(found, Machine):
+            text = f"{tool} as a tool in the frame of {workpiece}: a machine tool with five axes, {found.words}"
+            way = f"@{tool}/{workpiece}" if robot.is_tree else ""
+            command = f"{_INDENT * 2}kinegen build --outputs axis_inverse{way}"
+            lines += [*filled([text], _INDENT), command]
     return lines
 
 
@@ -79,6 +97,7 @@ def _family_lines(robot: Robot, family: Family) -> list[str]:
     meanings = [line for meaning in family.meanings for line in filled([meaning], _INDENT * 2)]
     conditions = [line for condition in family.conditions for line in filled([condition], _INDENT * 2)]
     return [
+        *_defect_lines(robot, family),
         f"{_INDENT}solved for the {family.aim} of the tool",
         f"{_INDENT}branches",
         *branches,
@@ -87,6 +106,32 @@ def _family_lines(robot: Robot, family: Family) -> list[str]:
         f"{_INDENT}targets",
         *conditions,
     ]
+
+
+def _defect_lines(robot: Robot, family: Family) -> list[str]:
+    """Which conditions are met only nearly, and what that means."""
+    from kinegen.symbolic.inverse.apart import SAMPLES, tip_apart
+    from kinegen.symbolic.inverse.derive import singular_below, size_of
+    from kinegen.symbolic.inverse.refine import amounts
+
+    if family.defect is None:
+        return []
+    unit, tip = robot.units.length, tip_apart(robot, family)
+    failing = [
+        f"{each.text} but for {each.amount:.2g} {'rad' if each.is_angle else unit}" for each in family.defect.failing
+    ]
+    many, below = amounts(family.defect, size_of(robot, family)), singular_below(robot, family)
+    away = (
+        f"the tip of the nearest exact arm is up to {tip.length:.2g} {unit} and {tip.angle:.2g} rad away (the most of "
+        f"{SAMPLES:,} joint vectors)"
+    )
+    led = f"its solutions are led to this arm's by {many.text}"
+    vanish = (
+        "branches may be missing where the least singular value of the Jacobian, lengths by the reach of "
+        f"{size_of(robot, family):.4g} {unit}, is below {below:.1g}"
+    )
+    lines = [line for text in (*failing, away, led, vanish) for line in filled([text], _INDENT * 2)]
+    return [f"{_INDENT}conditions that it nearly meets", *lines]
 
 
 def _row(robot: Robot, constant: Constant) -> tuple[str, str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,9 +18,11 @@ from kinegen.errors import KinegenError, shown
 from kinegen.workspace.options import MOST_SAMPLES, Plane, SurveyOptions
 
 if TYPE_CHECKING:
+    from kinegen.robot.model import Robot
     from kinegen.workspace.dexterous import Dexterity, Turning
     from kinegen.workspace.ranges import Range
     from kinegen.workspace.survey import Workspace
+    from kinegen.workspace.tip import Tip
 
 DEFAULT_SAMPLES = 10_000_000
 
@@ -93,6 +96,8 @@ def _planes(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     show_default=True,
     help="Number of threads; 0 means one for each processor.",
 )
+@click.option("--workers", type=click.IntRange(1, 4096), default=1, show_default=True, help="Processes; takes Dask.")
+@click.option("--scheduler", metavar="ADDRESS", default="", help="A scheduler of Dask, such as tcp://10.0.0.1:8786.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else.")
 def command(
     file: Path,
@@ -105,6 +110,8 @@ def command(
     planes: tuple[Plane, ...],
     cloud: Path | None,
     threads: int,
+    workers: int,
+    scheduler: str,
     as_json: bool,
 ) -> None:
     """Samples the poses of a robot within its joint limits and reports what its tip reaches.
@@ -125,7 +132,8 @@ def command(
     if planes and slices is None:
         raise click.UsageError("--plane chooses what --slices draws; name its file with --slices")
     warn_of_cache()
-    study = _study(file, tip, limits_from, SurveyOptions(samples, voxel, seed, threads))
+    crew = Crew(workers, scheduler)
+    study = _study(file, tip, limits_from, SurveyOptions(samples, voxel, seed, threads), crew)
     written = _write(study, slices, planes, cloud)
     if as_json:
         say(json.dumps(document(study, written), indent=2))
@@ -150,17 +158,24 @@ def _check_cloud(path: Path) -> None:
     check_cloud(path)
 
 
-def _study(file: Path, tip: str | None, limits_from: str | None, options: SurveyOptions) -> Study:
+@dataclass(frozen=True, slots=True)
+class Crew:
+    """Which processes sift samples: so many on this machine, or those of a scheduler at an address."""
+
+    workers: int
+    scheduler: str
+
+
+def _study(file: Path, tip: str | None, limits_from: str | None, options: SurveyOptions, crew: Crew) -> Study:
     from kinegen.formats.load import load
     from kinegen.pipeline import lower_file
     from kinegen.workspace.dexterous import find_turning
     from kinegen.workspace.ranges import joint_ranges
-    from kinegen.workspace.survey import survey
     from kinegen.workspace.tip import find_tip, position_of
 
     kernels = lower_file(file, (position_of(load(file), tip),))
     ranges = joint_ranges(kernels.robot, None if limits_from is None else load(limits_from))
-    workspace = survey(kernels.robot, find_tip(kernels), ranges, options)
+    workspace = _survey(kernels.robot, find_tip(kernels), ranges, options, crew)
     turning = find_turning(kernels.robot, workspace)
     reason = _no_dexterity(turning, workspace)
     if not reason and workspace.tip.name not in kernels.robot.tips:
@@ -169,6 +184,23 @@ def _study(file: Path, tip: str | None, limits_from: str | None, options: Survey
         reason = "not measured, since the inverse uses the limits of its own file"
     dexterity = reason or _dexterity(file, ranges, workspace, turning)
     return Study(file, ranges, options, workspace, turning, dexterity)
+
+
+def _survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOptions, crew: Crew) -> Workspace:
+    """The survey, by threads of this process or by others."""
+    from kinegen.workspace.survey import survey
+
+    if crew.workers == 1 and not crew.scheduler:
+        return survey(robot, tip, ranges, options)
+    from kinegen.api.compiling import compile as compiled
+    from kinegen.fleet.cluster import processes
+    from kinegen.fleet.surveying import in_processes
+    from kinegen.workspace.tip import position_of
+
+    position = position_of(robot, tip.name)
+    with processes(0 if crew.scheduler else crew.workers, crew.scheduler) as client:
+        module = compiled(robot, str(position), real="double", reproducible=bool(crew.scheduler))
+        return survey(robot, tip, ranges, options, in_processes(client, module, position.function))
 
 
 def _no_dexterity(turning: Turning, workspace: Workspace) -> str:

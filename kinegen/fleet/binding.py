@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError, quote
+from kinegen.fleet.searches import Searching, kernel_of
 from kinegen.fleet.sources import PURPOSE
 from kinegen.workspace.optional import library
 
@@ -47,17 +48,21 @@ def bind(
         chosen: Columns that the user named, by input.
 
     Returns:
-        One binding for each input of the kernels, each input once.
+        One binding for each input of the kernels, each input once; none for an optional one without columns.
 
     Raises:
         KinegenError: If a column is missing, is not of numbers, or there are too few or too many.
     """
-    inputs = {given.name: given for kernel in kernels for given in getattr(module, kernel).inputs}
+    takers = [kernel_of(module, name) for name in kernels]
+    inputs = {given.name: given for taker in takers for given in taker.inputs}
+    optional = {name for taker in takers if isinstance(taker, Searching) for name in taker.optional}
     for name in chosen:
         if name not in inputs:
             raise KinegenError(f"--columns: there is no input {quote(name)} (there are {', '.join(inputs)})")
     found = []
     for name, given in inputs.items():
+        if name in optional and name not in chosen and name not in schema.names:
+            continue
         columns = chosen.get(name) or _usual(module, name, schema.names)
         size = sum(_numbers(column, schema) for column in columns)
         sizes = sorted({given.size, math.prod(given.shape)})

@@ -25,7 +25,7 @@ from kinegen.workspace.optional import library
 _PATIENCE = 10
 """Seconds that a scheduler has for its first answer."""
 
-_LOSSES = 20
+LOSSES = 20
 """Workers that may be lost over one file before the run gives up."""
 
 
@@ -84,7 +84,7 @@ def processes(workers: int, scheduler: str) -> Iterator[Any]:
     distributed = library("distributed", "--workers" if workers else "--scheduler", "fleet")
     dask = library("dask", "a cluster", "fleet")
     settings = {
-        "distributed.scheduler.allowed-failures": _LOSSES,
+        "distributed.scheduler.allowed-failures": LOSSES,
         "distributed.worker.memory.terminate": False,
         "distributed.comm.timeouts.connect": f"{_PATIENCE}s",
         "logging": {"distributed": "critical"},
@@ -131,7 +131,7 @@ def make_parts(client: Any, job: Job, module: ModuleType, parts: Sequence[Part],
             try:
                 tell(future.result())
             except distributed.scheduler.KilledWorker as error:
-                raise KinegenError(f"{futures[future].name}: the worker was lost {_LOSSES} times") from error
+                raise KinegenError(f"{futures[future].name}: the worker was lost {LOSSES} times") from error
     finally:
         client.cancel(list(futures))
 

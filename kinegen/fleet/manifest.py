@@ -11,6 +11,7 @@ from typing import Any
 from kinegen.errors import KinegenError, WriteError, shown
 from kinegen.fleet.plan import Part
 from kinegen.fleet.sources import Source
+from kinegen.fleet.stores import remove
 
 NAME = "_kinegen.json"
 """The file; readers of data sets leave names with an underscore aside."""
@@ -60,7 +61,7 @@ def begin(folder: Path, run: Mapping[str, Any], *, resume: bool, force: bool) ->
             _compare(folder, before, run, resume=resume)
             return there & {part["name"] for part in run["parts"]}
         for part in [] if before is None else before["parts"]:
-            (folder / part["name"]).unlink(missing_ok=True)
+            remove(folder / part["name"])
         text = json.dumps(run, indent=1, sort_keys=True) + "\n"
         unfinished = folder / f".{NAME}"
         unfinished.write_text(text, encoding="utf-8")

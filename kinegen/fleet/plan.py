@@ -50,7 +50,7 @@ def one_part(sources: Sequence[Source], name: str) -> tuple[Part, ...]:
 def spans_of(source: Source, rows: int) -> Iterator[Span]:
     """The spans of a file, each of at least a number of rows but for the last."""
     path, kind, keys = source.path, source.kind, source.keys
-    if kind == "npy":
+    if kind in ("npy", "zarr"):
         for first in range(0, source.rows[0], rows):
             count = min(rows, source.rows[0] - first)
             yield Span(path, kind, first, count, count, keys)

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinegen.fleet.partitions import with_columns
 from kinegen.fleet.sources import PURPOSE, VECTOR, Span, column, reading_errors
+from kinegen.fleet.stores import rows_of
 from kinegen.workspace.optional import library
 
 _AHEAD = 1
@@ -120,6 +121,13 @@ def _npz(span: Span, columns: list[str], rows: int) -> Iterator[Any]:
     yield from _pieces(whole, rows)
 
 
+def _zarr(span: Span, columns: list[str], rows: int) -> Iterator[Any]:
+    pyarrow = library("pyarrow", PURPOSE, "fleet")
+    for first in range(span.first, span.first + span.count, rows):
+        found = rows_of(span.path, VECTOR, columns, first, min(first + rows, span.first + span.count))
+        yield pyarrow.record_batch({name: column(array) for name, array in found.items()})
+
+
 def _pieces(batch: Any, rows: int) -> Iterator[Any]:
     for first in range(0, batch.num_rows, rows):
         yield batch.slice(first, rows)
@@ -130,4 +138,5 @@ _READERS: dict[str, Callable[[Span, list[str], int], Iterator[Any]]] = {
     "arrow": _arrow,
     "npy": _npy,
     "npz": _npz,
+    "zarr": _zarr,
 }

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError, quote
+from kinegen.fleet.searches import TARGET, Searching, kernel_of
 from kinegen.fleet.sources import PURPOSE
 from kinegen.workspace.optional import library
 
@@ -56,7 +57,7 @@ def columns_of(module: ModuleType, kernels: Mapping[str, str], *, is_flat: bool)
     """
     found = []
     for word, kernel in kernels.items():
-        results = getattr(module, kernel).results
+        results = kernel_of(module, kernel).results
         for each in results:
             name = word if len(results) == 1 else f"{word}_{each.name}"
             found.append(Column(kernel, name, each.laid_out("3x4"), each.is_truth, is_flat))
@@ -111,16 +112,19 @@ def computed(
     """
     found: list[Any] = []
     for name, group in itertools.groupby(columns, lambda column: column.kernel):
-        kernel = getattr(module, name)
-        arrays = _called(kernel, [inputs[each.name] for each in kernel.inputs], threads, [*group])
+        kernel = kernel_of(module, name)
+        rows = {each.name: inputs[each.name] for each in kernel.inputs if each.name in inputs}
+        called = _searched if isinstance(kernel, Searching) else _called
+        arrays = called(kernel, rows, threads, [*group])
         for column, array in arrays:
             found += _columns(column, array, nulls)
     return found
 
 
-def _called(kernel: Any, rows: list[Any], threads: int, columns: list[Column]) -> list[tuple[Column, Any]]:
+def _called(kernel: Any, inputs: dict[str, Any], threads: int, columns: list[Column]) -> list[tuple[Column, Any]]:
     """The results of a kernel, each an array (numbers, n) where it is flat and (n, numbers) elsewhere."""
     options: dict[str, Any] = {}
+    rows = list(inputs.values())
     if kernel.kind == "inverse":
         rows, options = [_targets(rows[0]), *rows[1:]], {"check": False}
     if columns[0].is_flat:
@@ -136,6 +140,14 @@ def _called(kernel: Any, rows: list[Any], threads: int, columns: list[Column]) -
     if not columns[0].is_flat:
         results = [array.reshape(len(array), -1) for array in results]
     return list(zip(columns, results, strict=True))
+
+
+def _searched(
+    search: Searching, inputs: dict[str, Any], threads: int, columns: list[Column]
+) -> list[tuple[Column, Any]]:
+    """The same of a search."""
+    arrays = search(inputs | {TARGET: _targets(inputs[TARGET])}, threads)
+    return [(column, array.T if column.is_flat else array) for column, array in zip(columns, arrays, strict=True)]
 
 
 def _whole(rows: Any, is_pose: bool) -> Any:

@@ -23,11 +23,12 @@ from kinegen.fleet.cluster import make_parts, processes
 from kinegen.fleet.manifest import begin, described
 from kinegen.fleet.plan import PART_ROWS, Part, one_part, parts_of
 from kinegen.fleet.results import check_names, columns_of, schema_of
+from kinegen.fleet.searches import ROWS, Searching, kernel_of
 from kinegen.fleet.sources import PURPOSE, Source, find_sources
 from kinegen.fleet.work import Job, make_part
 from kinegen.fleet.writing import COMPRESSIONS, ENDINGS, KINDS, check_compression, sweep
 from kinegen.output_file import check_output
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, parse_quantity
+from kinegen.outputs import parse_quantity
 from kinegen.robot.digest import digest
 from kinegen.workspace.optional import library
 
@@ -113,14 +114,14 @@ def evaluate(
 
     Args:
         robot: What `kinegen.load` takes.
-        data: Files, folders and patterns: Parquet, Arrow (Feather), CSV, .npy with one row a joint vector, .npz.
-        output: A file (.parquet, .arrow, .npz), or a folder, which gets a file for each `part_rows` rows.
+        data: Files, folders and patterns: Parquet, Arrow (Feather), CSV, .npy with one row a joint vector, .npz, Zarr.
+        output: A file (.parquet, .arrow, .npz, .zarr), or a folder, which gets a file for each `part_rows` rows.
         outputs: What is computed, as for `kinegen.compile`.
         columns: Columns of the joint values, or by input, as in `{"qd": ["v1", "v2"]}`; by default as in docs/eval.md.
         drop: Columns that do not pass through to the output; `*` for all of them.
         flat: Whether each number is a column of its own, `pose_0_3`, instead of one column of vectors.
         real: `double` or `float`.
-        format: What a folder is filled with: `parquet`, `arrow` or `npz`.
+        format: What a folder is filled with: `parquet`, `arrow`, `npz` or `zarr`.
         compression: `none`, `snappy`, `zstd` or `lz4`.
         part_rows: Rows of a file of a folder, at least; blocks of the input stay whole.
         memory: Bytes of memory for data, of each worker.
@@ -187,10 +188,6 @@ def _evaluate(
     robot: RobotSource, sources: tuple[Source, ...], path: Path, words: tuple[str, ...], options: Options, tell: Tell
 ) -> Summary:
     quantities = tuple(map(parse_quantity, words or ("pose",)))
-    if NUMERIC_INVERSE in quantities:
-        raise KinegenError("numeric_inverse is a search from a start, which is not made over data sets; take inverse")
-    if COMPLETE_INVERSE in quantities:
-        raise KinegenError("complete_inverse has no form for data sets; call it in Python, with arrays")
     model = model_of(load(robot))
     is_elsewhere = bool(options.scheduler)
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=is_elsewhere)
@@ -245,10 +242,11 @@ def _job(
     passed = [field for field in schema if field.name not in options.drop and "*" not in options.drop]
     check_names(columns, [field.name for field in passed])
     real = REALS[options.real]
-    written = schema_of(columns, passed, np.dtype(real), about)
+    written = schema_of(columns, passed, np.dtype(real), about).serialize().to_pybytes()
     numbers = sum(each.size for each in bindings) + sum(int(np.prod(each.shape, dtype=int)) for each in columns)
     row = 8 * (numbers + len(passed))
-    rows = max(LEAST_ROWS, min(MOST_ROWS, options.memory // (_COPIES * row)))
+    most = ROWS if any(isinstance(kernel_of(module, name), Searching) for name in kernels.values()) else MOST_ROWS
+    rows = max(LEAST_ROWS, min(most, options.memory // (_COPIES * row)))
     names = tuple(field.name for field in passed)
     folder = path.absolute().parent if _is_file(path) else path.absolute()
     return Job(

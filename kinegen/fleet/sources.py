@@ -14,6 +14,7 @@ import numpy as np
 
 from kinegen.errors import KinegenError, shown
 from kinegen.fleet.partitions import Keys, texts_of, typed, with_fields
+from kinegen.fleet.stores import SUFFIX, arrays_of, extent
 from kinegen.workspace.optional import library
 
 PURPOSE = "a data set"
@@ -27,11 +28,12 @@ FORMATS = {
     ".csv": "csv",
     ".npy": "npy",
     ".npz": "npz",
+    SUFFIX: "zarr",
 }
 """What a file holds, by the ending of its name."""
 
 VECTOR = "q"
-"""The column of a .npy file, whose rows are joint vectors."""
+"""The column of a .npy file or a single Zarr array, whose rows are joint vectors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +67,8 @@ class Span:
     Attributes:
         path: The file.
         kind: What it holds.
-        first: Its first block, or row of a .npy file.
-        count: Number of blocks, or of rows of a .npy file.
+        first: Its first block, or row of a .npy file or a Zarr store.
+        count: Number of blocks, or of such rows.
         rows: Number of rows; -1 where nobody knows before they are read.
         keys: Columns with one value each.
     """
@@ -110,7 +112,7 @@ def find_sources(words: Sequence[str | os.PathLike[str]]) -> tuple[Source, ...]:
 
 def _files(word: str) -> list[str]:
     path = Path(word)
-    if path.is_dir():
+    if path.is_dir() and path.suffix.lower() != SUFFIX:
         found = [each for each in sorted(path.rglob("*")) if each.suffix.lower() in FORMATS and _is_data(each, path)]
         if not found:
             raise KinegenError(f"there is no data in this folder (expected {', '.join(FORMATS)})", shown(word))
@@ -118,7 +120,7 @@ def _files(word: str) -> list[str]:
         found = [path]
     else:
         names = sorted(glob.glob(word, recursive=True))  # noqa: PTH207 - Path.glob takes no absolute pattern
-        found = [Path(name) for name in names if Path(name).is_file()]
+        found = [Path(name) for name in names if _is_one(Path(name))]
         if not found:
             raise KinegenError("there is no such file", shown(word))
     return [str(each.absolute()) for each in found]
@@ -126,7 +128,12 @@ def _files(word: str) -> list[str]:
 
 def _is_data(path: Path, folder: Path) -> bool:
     """Whether a file belongs to the data of a folder: not what is hidden or about it, as in data sets of others."""
-    return path.is_file() and not any(part.startswith((".", "_")) for part in path.relative_to(folder).parts)
+    return _is_one(path) and not any(part.startswith((".", "_")) for part in path.relative_to(folder).parts)
+
+
+def _is_one(path: Path) -> bool:
+    """Whether it is a file or a store, which is a folder."""
+    return path.is_file() or (path.suffix.lower() == SUFFIX and path.is_dir())
 
 
 def _opened(path: str, keys: Keys) -> Source:
@@ -136,7 +143,8 @@ def _opened(path: str, keys: Keys) -> Source:
     with reading_errors(path):
         rows, schema = _LOOKS[kind](path)
         status = Path(path).stat()
-    return Source(path, kind, tuple(rows), with_fields(schema, keys, path), status.st_size, status.st_mtime_ns, keys)
+        size, time = extent(Path(path)) if kind == "zarr" else (status.st_size, status.st_mtime_ns)
+    return Source(path, kind, tuple(rows), with_fields(schema, keys, path), size, time, keys)
 
 
 @contextmanager
@@ -191,19 +199,25 @@ def _npz(path: str) -> tuple[Iterable[int], Any]:
     return lengths.pop(), _schema(found)
 
 
+def _zarr(path: str) -> tuple[Iterable[int], Any]:
+    found = arrays_of(path, VECTOR)
+    return [next(iter(found.values())).shape[0]], _schema(found)
+
+
 _LOOKS: dict[str, Callable[[str], tuple[Iterable[int], Any]]] = {
     "parquet": _parquet,
     "arrow": _arrow,
     "csv": _csv,
     "npy": _npy,
     "npz": _npz,
+    "zarr": _zarr,
 }
 
 
 def _schema(arrays: dict[str, Any]) -> Any:
     """The columns of plain arrays: numbers, or vectors of them."""
     pyarrow = library("pyarrow", PURPOSE, "fleet")
-    return pyarrow.schema([(name, column(array[:0]).type) for name, array in arrays.items()])
+    return pyarrow.schema([(name, column(np.asarray(array[:0])).type) for name, array in arrays.items()])
 
 
 def column(array: Any) -> Any:

@@ -27,7 +27,7 @@ class Job:
         folder: Where the files go.
         kind: What they are.
         compression: How they are packed.
-        schema: Their columns, a `pyarrow.Schema`.
+        packed: Their columns, a `pyarrow.Schema` as bytes: pickle would rename the entries of lists.
         passed: Columns of the input that pass through.
         bindings: The inputs of the kernels.
         columns: The results.
@@ -39,13 +39,19 @@ class Job:
     folder: str
     kind: str
     compression: str
-    schema: Any
+    packed: bytes
     passed: tuple[str, ...]
     bindings: tuple[Binding, ...]
     columns: tuple[Column, ...]
     real: str
     rows: int
     threads: int
+
+    @property
+    def schema(self) -> Any:
+        """The columns of the files, a `pyarrow.Schema`."""
+        pyarrow = library("pyarrow", PURPOSE, "fleet")
+        return library("pyarrow.ipc", PURPOSE, "fleet").read_schema(pyarrow.py_buffer(self.packed))
 
 
 def make_part(
@@ -70,18 +76,19 @@ def make_part(
     read = tuple(dict.fromkeys((*job.passed, *(name for each in job.bindings for name in each.columns))))
     floats = frozenset(name for each in job.bindings for name in each.columns) - set(job.passed)
     total = 0
-    with writing(Path(job.folder) / part.name, job.kind, job.schema, job.compression) as writer:
+    schema = job.schema
+    with writing(Path(job.folder) / part.name, job.kind, schema, job.compression) as writer:
         for span in part.spans:
             for batch in batches(span, read, floats, job.rows):
                 if stopped():
                     raise KeyboardInterrupt
-                writer.write_batch(_answered(job, module, batch))
+                writer.write_batch(_answered(job, module, batch, schema))
                 total += batch.num_rows
                 tell(batch.num_rows)
     return total
 
 
-def _answered(job: Job, module: ModuleType, batch: Any) -> Any:
+def _answered(job: Job, module: ModuleType, batch: Any, schema: Any) -> Any:
     """The rows of the output for rows of the input."""
     pyarrow = library("pyarrow", PURPOSE, "fleet")
     inputs, nulls = {}, None
@@ -89,4 +96,4 @@ def _answered(job: Job, module: ModuleType, batch: Any) -> Any:
         inputs[binding.name], missing = taken(batch, binding, np.dtype(job.real))
         nulls = missing if nulls is None else nulls if missing is None else nulls | missing
     arrays = computed(module, job.columns, inputs, nulls, job.threads)
-    return pyarrow.record_batch([*(batch.column(name) for name in job.passed), *arrays], schema=job.schema)
+    return pyarrow.record_batch([*(batch.column(name) for name in job.passed), *arrays], schema=schema)

@@ -12,12 +12,13 @@ import numpy as np
 
 from kinegen.errors import KinegenError, WriteError, shown
 from kinegen.fleet.sources import PURPOSE
+from kinegen.fleet.stores import SUFFIX, StoreWriter, remove
 from kinegen.workspace.optional import library
 
-KINDS = {".parquet": "parquet", ".arrow": "arrow", ".feather": "arrow", ".npz": "npz"}
+KINDS = {".parquet": "parquet", ".arrow": "arrow", ".feather": "arrow", ".npz": "npz", SUFFIX: "zarr"}
 """What is written, by the ending of a file's name."""
 
-ENDINGS = {"parquet": ".parquet", "arrow": ".arrow", "npz": ".npz"}
+ENDINGS = {"parquet": ".parquet", "arrow": ".arrow", "npz": ".npz", "zarr": SUFFIX}
 """The ending of each kind in a folder."""
 
 COMPRESSIONS = ("none", "snappy", "zstd", "lz4")
@@ -60,13 +61,13 @@ def writing(path: Path, kind: str, schema: Any, compression: str) -> Iterator[Wr
             writer.close()
             unfinished.replace(path)
     finally:
-        unfinished.unlink(missing_ok=True)
+        remove(unfinished)
 
 
 def sweep(folder: Path) -> None:
     """Remove what runs left behind that were killed."""
     for each in folder.glob(f".*{_UNFINISHED}-*"):
-        each.unlink(missing_ok=True)
+        remove(each)
 
 
 @contextmanager
@@ -116,6 +117,20 @@ class _Arrays:
             np.savez(file, **arrays, kinegen=np.array(about, "U"))
 
 
+class _Store:
+    """A Zarr store."""
+
+    def __init__(self, path: str, schema: Any, compression: str) -> None:
+        self._schema, self._writer = schema, StoreWriter(path, schema, compression)
+
+    def write_batch(self, batch: Any) -> None:
+        """Take rows."""
+        self._writer.append((field.name, _numbers(batch.column(field.name), field)) for field in self._schema)
+
+    def close(self) -> None:
+        """Nothing: rows are written as they come."""
+
+
 def _numbers(column: Any, field: Any) -> Any:
     """A column as an array; there is no null in NumPy, so numbers are NaN there."""
     size = getattr(field.type, "list_size", None)
@@ -145,7 +160,12 @@ def _npz(path: str, schema: Any, compression: str) -> Writer:
     return _Arrays(path, schema)
 
 
-_WRITERS: dict[str, Callable[[str, Any, str], Writer]] = {"parquet": _parquet, "arrow": _arrow, "npz": _npz}
+_WRITERS: dict[str, Callable[[str, Any, str], Writer]] = {
+    "parquet": _parquet,
+    "arrow": _arrow,
+    "npz": _npz,
+    "zarr": _Store,
+}
 
 
 def check_compression(kind: str, compression: str) -> None:
@@ -154,6 +174,8 @@ def check_compression(kind: str, compression: str) -> None:
     Raises:
         KinegenError: If it has not.
     """
-    if (kind, compression) == ("arrow", "snappy") or (kind == "npz" and compression != "none"):
-        there = "none" if kind == "npz" else "none, zstd or lz4"
-        raise KinegenError(f"--compression {compression}: {kind} files have {there}")
+    there = {"arrow": ("none", "zstd", "lz4"), "npz": ("none",), "zarr": ("none", "zstd")}.get(kind, COMPRESSIONS)
+    if compression not in there:
+        *others, last = there
+        words = f"{', '.join(others)} or {last}" if others else last
+        raise KinegenError(f"--compression {compression}: {kind} files have {words}")

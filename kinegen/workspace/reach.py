@@ -106,6 +106,22 @@ def figures(axis: Line | None) -> Iterator[tuple[str, Figure]]:
         yield "axis", axis.distance_squared
 
 
+def best_of(points: FloatArray, start: int, axis: Line | None) -> Best:
+    """The best of some samples by name and sign.
+
+    Args:
+        points: Where they lead, (3, N).
+        start: Number of the first one.
+        axis: The first joint's axis, if there is one.
+    """
+    found: Best = {}
+    for name, figure in figures(axis):
+        values = figure(points)
+        for sign, place in ((1, int(values.argmin())), (-1, int(values.argmax()))):
+            found[name, sign] = (sign * float(values[place]), start + place)
+    return found
+
+
 class Extremes:
     """Keeps the samples with the smallest and the largest figures.
 
@@ -116,15 +132,6 @@ class Extremes:
     def __init__(self, axis: Line | None) -> None:
         self._figures = dict(figures(axis))
         self._best: dict[tuple[str, int], list[tuple[float, int]]] = {}
-
-    def of(self, points: FloatArray, start: int) -> Best:
-        """The best of some samples, the first of which is number `start`, by name and sign."""
-        found: Best = {}
-        for name, figure in self._figures.items():
-            values = figure(points)
-            for sign, place in ((1, int(values.argmin())), (-1, int(values.argmax()))):
-                found[name, sign] = (sign * float(values[place]), start + place)
-        return found
 
     def keep(self, found: Best) -> None:
         """Keep the best, a few of them, since a search from one can end on a lesser peak."""

@@ -142,7 +142,7 @@ def fill_rim(grid: Grid, seeker: Seeker, count: int) -> Rim:
             q[:, source >= count] = before[:, source[source >= count] - count]
             spent, arrived = seeker.seek(q, *grid.corners(targets[:, start : start + _BATCH]))
             poses += spent
-            grid.add(seeker.cells(grid, arrived), count + found.shape[1])
+            grid.add(seeker.cells(grid, arrived), count + found.shape[1] + np.arange(arrived.shape[1]))
             found = np.concatenate([found, arrived], axis=1)
             if poses >= count:
                 break

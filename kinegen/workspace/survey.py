@@ -1,18 +1,15 @@
 """The survey of a workspace: samples through the kernel into voxels and extremes, a block at a time.
 
-Threads draw blocks of samples, evaluate the kernel and number the voxels; one collects, in the order of the blocks, so
-that the result depends on nothing but the robot, the options and the seed. A few blocks are under way at any time: the
-memory taken is that of the grid, however many samples there are.
+Threads, or processes elsewhere, draw blocks of samples, evaluate the kernel and number the voxels; one collects, in the
+order of the blocks, so that the result depends on nothing but the robot, the options and the seed. A few blocks are
+under way at any time: the memory taken is that of the grid, however many samples there are.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,15 +18,13 @@ from kinegen.errors import KinegenError
 from kinegen.robot.model import Robot
 from kinegen.workspace.options import SurveyOptions
 from kinegen.workspace.ranges import Range
-from kinegen.workspace.reach import Best, Extreme, Extremes, Line, first_axis
+from kinegen.workspace.reach import Extreme, Extremes, Line, first_axis
 from kinegen.workspace.rim import Rim, Seeker, fill_rim
 from kinegen.workspace.sample import FloatArray, Samples, sequence
 from kinegen.workspace.shape import Shape, find_shape
+from kinegen.workspace.sieve import Block, Sieve, Sift, in_threads, positions
 from kinegen.workspace.tip import Tip
-from kinegen.workspace.voxels import CellArray, Grid, Voxels
-
-_BLOCK = 1 << 16
-"""Samples that fit into a processor's second cache together with what becomes of them."""
+from kinegen.workspace.voxels import Grid, Voxels
 
 _PILOT = 1 << 14
 _SAMPLES_A_VOXEL = 12
@@ -106,16 +101,9 @@ class Workspace:
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Block:
-    """What becomes of one block of samples: extremes, and the numbers of voxels."""
-
-    start: int
-    extremes: Best
-    cells: CellArray | None
-
-
-def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOptions) -> Workspace:
+def survey(
+    robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOptions, sift: Sift = in_threads
+) -> Workspace:
     """Survey the region that a tip reaches.
 
     Args:
@@ -123,17 +111,18 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
         tip: Its tip.
         ranges: What each joint variable runs through.
         options: How many samples, and how fine.
+        sift: Who puts the samples through the kernel; by default threads of this process.
 
     Returns:
         Extents and distances, sharpened by a search; length, area or volume by voxels. Equal options give equal
-        results, on any number of threads.
+        results, on any number of threads or processes.
 
     Raises:
         KinegenError: If voxels are too small or too large for the region, or some joint values are for the kernel.
     """
     begin = time.perf_counter()
     samples = sequence(ranges, tip.movers, options.seed)
-    pilot = _positions(tip, samples, 0, _PILOT)
+    pilot = positions(tip, samples, 0, _PILOT)
     shape = find_shape(tip, samples, pilot)
     samples = _bounded(samples, tip, pilot)
     axis = first_axis(robot, tip)
@@ -142,7 +131,8 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
     if len(shape.axes):
         voxel = _voxel(options, np.ptp(shape.axes @ pilot, axis=1), robot.units.length)
         grid = Grid(voxel, len(shape.axes), robot.units.length)
-    half = _collect(options, _Sieve(tip, samples, shape, extremes, grid))
+    blocks = sift(Sieve(tip, samples, shape, axis, grid), options)
+    half = _collect(blocks, options.samples, extremes, grid)
     tally = None
     if grid is not None and half is not None:
         tally = _tally(grid, half, Seeker(tip, samples, shape), options.samples)
@@ -159,71 +149,16 @@ def survey(robot: Robot, tip: Tip, ranges: tuple[Range, ...], options: SurveyOpt
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Sieve:
-    """Everything that a block of samples goes through."""
-
-    tip: Tip
-    samples: Samples
-    shape: Shape
-    extremes: Extremes
-    grid: Grid | None
-
-    def sift(self, start: int, end: int) -> _Block:
-        points = _positions(self.tip, self.samples, start, end)
-        along = points if len(self.shape.axes) == 3 else self.shape.axes @ points
-        cells = None if self.grid is None else self.grid.cells(along)
-        return _Block(start, self.extremes.of(points, start), cells)
-
-    def keep(self, block: _Block) -> None:
-        self.extremes.keep(block.extremes)
-        if self.grid is not None and block.cells is not None:
-            self.grid.add(block.cells, block.start)
-
-
-def _collect(options: SurveyOptions, sieve: _Sieve) -> Voxels | None:
+def _collect(blocks: Iterator[Block], samples: int, extremes: Extremes, grid: Grid | None) -> Voxels | None:
     """Take in all samples; returns the voxels as they are after half of them."""
     halfway = None
-    for block in _ahead(sieve, options):
-        if block.start == options.samples // 2 and sieve.grid is not None:
-            halfway = sieve.grid.whole()
-        sieve.keep(block)
+    for block in blocks:
+        if block.start == samples // 2 and grid is not None:
+            halfway = grid.whole()
+        extremes.keep(block.best)
+        if grid is not None and block.cells is not None:
+            grid.add(block.cells, block.numbers)
     return halfway
-
-
-def _ahead(sieve: _Sieve, options: SurveyOptions) -> Iterator[_Block]:
-    """The blocks in order, a few of them computed ahead."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    threads = options.threads or cores
-    with ThreadPoolExecutor(threads, "kinegen-workspace") as pool:
-        waiting: deque[Future[_Block]] = deque()
-        try:
-            for start, end in _spans(options.samples):
-                waiting.append(pool.submit(sieve.sift, start, end))
-                if len(waiting) > 2 * threads:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for future in waiting:
-                future.cancel()
-
-
-def _spans(samples: int) -> Iterator[tuple[int, int]]:
-    """Where blocks begin and end; one begins at half of the samples."""
-    for low, high in ((0, samples // 2), (samples // 2, samples)):
-        for start in range(low, high, _BLOCK):
-            yield start, min(start + _BLOCK, high)
-
-
-def _positions(tip: Tip, samples: Samples, start: int, end: int) -> FloatArray:
-    points = tip.position(samples.at(np.arange(start, end)))
-    if not np.isfinite(points).all():
-        raise KinegenError(
-            "some joint values within the limits are too large for the kernel, which then gives no position; "
-            "expected limits of a few turns"
-        )
-    return points
 
 
 def _bounded(samples: Samples, tip: Tip, pilot: FloatArray) -> Samples:

@@ -95,10 +95,19 @@ class Grid:
             raise self._too_small(float(np.ptp(points, axis=1).max()))
         return np.floor(scaled, out=scaled).astype(np.int64)
 
-    def add(self, cells: CellArray, start: int) -> None:
-        """Mark voxels as hit by samples `start`, `start` + 1, ..."""
+    def add(self, cells: CellArray, numbers: IndexArray) -> tuple[CellArray, IndexArray]:
+        """Mark voxels as hit.
+
+        Args:
+            cells: Numbers of half-size voxels (D, n).
+            numbers: Shape (n,), the sample that hit each.
+
+        Returns:
+            Those that were not hit before, each once, with the first sample that hit it.
+        """
+        fresh = cells[:, :0], numbers[:0]
         if not cells.size:
-            return
+            return fresh
         self._make_room(cells.min(axis=1), cells.max(axis=1))
         flat = cells[0] - self._low[0]
         for cell, low, length in zip(cells[1:], self._low[1:], self._hit.shape[1:], strict=True):
@@ -107,9 +116,11 @@ class Grid:
         hit = self._hit.reshape(-1)
         places = np.flatnonzero(~hit[flat])
         if places.size:
-            fresh, first = np.unique(flat[places], return_index=True)
-            hit[fresh] = True
-            self._firsts.append((cells[:, places[first]], places[first] + start))
+            free, first = np.unique(flat[places], return_index=True)
+            hit[free] = True
+            fresh = cells[:, places[first]], numbers[places[first]]
+            self._firsts.append(fresh)
+        return fresh
 
     def halves(self) -> Voxels:
         """The voxels of half the size."""

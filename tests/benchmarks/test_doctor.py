@@ -9,12 +9,13 @@ from benchmarks.doctor import MISTAKES, cases, is_right, observed_by, random_arm
 from kinegen.doctor.diagnosis import Verdict, examine
 
 
-@pytest.mark.parametrize("seed", [11, 12, 13])
+@pytest.mark.parametrize("seed", [11, *(pytest.param(seed, marks=pytest.mark.long) for seed in (12, 13))])
 def test_the_first_explanation_is_the_right_robot(seed: int) -> None:
     for wrong, found, first, among, _ in cases(6, seed):
         assert first or (found.verdict is Verdict.AMBIGUOUS and among), wrong.planted
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MISTAKES)
 def test_each_mistake_is_named_where_it_has_an_effect(name: str) -> None:
     rng = np.random.default_rng(21)

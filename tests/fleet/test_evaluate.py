@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -169,6 +170,80 @@ def test_targets_of_the_inverse_are_poses_of_12_or_16_numbers(is_flat: bool, q: 
         np.testing.assert_array_equal(angles[reached, 0], solutions[reached, 0, 1 if is_flat else 0])
 
 
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_searches_take_poses_and_starts(real: str, tmp_path: Path) -> None:
+    """The numeric inverse: a row for each target, and nothing where there is no pose."""
+    module = kinegen.compile(ROBOT, "pose,numeric_inverse", real=real)
+    kind = {"double": np.float64, "float": np.float32}[real]
+    middle = np.array([(joint.lowest + joint.highest) / 2 for joint in module.numeric_inverse.joints])
+    joints = (middle + np.random.default_rng(5).uniform(-0.7, 0.7, (40, 3))).astype(kind)
+    poses, starts = module.fk(joints), (joints + 0.05).astype(kind)
+    wanted = module.numeric_inverse(poses, starts)
+    spoiled = poses.copy()
+    spoiled[5, :3, 0] *= 1.1
+    spoiled[6, 0, 0] = np.nan
+    spoiled[7, 0, 3] = np.inf
+    column = pa.FixedSizeListArray.from_arrays(np.ascontiguousarray(spoiled).reshape(-1), 16)
+    start = pa.FixedSizeListArray.from_arrays(starts.reshape(-1), 3)
+    pyarrow.parquet.write_table(pa.table({"pose": column, "start": start}), tmp_path / "T.parquet")
+    chosen = {"base_T_tool": ["pose"]}
+    evaluate(ROBOT, tmp_path / "T.parquet", tmp_path / "out.parquet", "numeric_inverse", columns=chosen, real=real)
+    written = pyarrow.parquet.read_table(tmp_path / "out.parquet")
+    solved, q = np.array(written.column("numeric_inverse_solved")), vectors(written.column("numeric_inverse_q"))
+
+    assert wanted.solved.all()
+    assert not solved[5:8].any()
+    assert np.isnan(q[5:8]).all()
+    rest = np.delete(np.arange(40), [5, 6, 7])
+    assert solved[rest].all()
+    np.testing.assert_array_equal(q[rest], wanted.q[rest])
+    np.testing.assert_array_equal(
+        np.array(written.column("numeric_inverse_position_error"))[rest], wanted.position_error[rest]
+    )
+
+    evaluate(
+        ROBOT, tmp_path / "T.parquet", tmp_path / "flat.npz", "numeric_inverse", columns=chosen, real=real, flat=True
+    )
+    with np.load(tmp_path / "flat.npz") as arrays:
+        np.testing.assert_array_equal(arrays["numeric_inverse_q_2"][rest], wanted.q[rest, 2])
+
+
+def test_searches_give_the_same_bytes_with_workers_and_little_memory(tmp_path: Path) -> None:
+    """Random descents begin by the number of a row in its batch, so batches must not depend on how a run is made."""
+    module = kinegen.compile(ROBOT, "pose", real="double")
+    far = module.fk(np.random.default_rng(8).uniform(-3, 3, (9000, 3)))[:, :3].reshape(-1, 12)
+    column = pa.FixedSizeListArray.from_arrays(np.ascontiguousarray(far).reshape(-1), 12)
+    pyarrow.parquet.write_table(pa.table({"base_T_tool": column}), tmp_path / "T.parquet", row_group_size=4500)
+    evaluate(ROBOT, tmp_path / "T.parquet", tmp_path / "one", "numeric_inverse", part_rows=4500)
+    how = {"memory": 64 << 20, "workers": 2, "part_rows": 4500}
+    evaluate(ROBOT, tmp_path / "T.parquet", tmp_path / "two", "numeric_inverse", **how)
+    written = pyarrow.dataset.dataset(tmp_path / "one", exclude_invalid_files=True).to_table()
+
+    assert contents(tmp_path / "two") == contents(tmp_path / "one")
+    assert np.array(written.column("numeric_inverse_solved")).all()
+
+
+@pytest.mark.long
+def test_all_solutions_of_an_arm_without_a_closed_form(tmp_path: Path) -> None:
+    arm = ROOT / "robots" / "jaco2.yaml"
+    module = kinegen.compile(arm, "pose,complete_inverse", real="double")
+    poses = module.fk(np.random.default_rng(2).uniform(0.6, 3, (12, 6)))
+    wanted = module.complete_inverse(poses)
+    poses[3, 0, 0] = np.nan
+    column = pa.FixedSizeListArray.from_arrays(np.ascontiguousarray(poses[:, :3]).reshape(-1), 12)
+    pyarrow.parquet.write_table(pa.table({"base_T_tool": column}), tmp_path / "T.parquet")
+    evaluate(arm, tmp_path / "T.parquet", tmp_path / "out.parquet", "complete_inverse")
+    written = pyarrow.parquet.read_table(tmp_path / "out.parquet")
+    valid = vectors(written.column("complete_inverse_valid"))
+    solutions = vectors(written.column("complete_inverse_solutions")).reshape(12, 16, 6)
+
+    assert not valid[3].any()
+    rest = np.delete(np.arange(12), 3)
+    assert wanted.valid[rest].any()
+    np.testing.assert_array_equal(valid[rest], wanted.valid[rest])
+    np.testing.assert_array_equal(solutions[rest], wanted.solutions[rest])
+
+
 def test_the_size_of_a_batch_does_not_matter(q: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = write(tmp_path / "q.parquet", q)
     for rows in (7, 256, 100_000):
@@ -327,3 +402,39 @@ def test_workers_write_the_same_bytes(q: Any, tmp_path: Path) -> None:
 
     assert (found.rows, found.written) == (ROWS, 6)
     assert contents(tmp_path / "two") == contents(tmp_path / "one")
+
+
+def test_zarr_stores_come_in_and_go_out(q: Any, module: ModuleType, tmp_path: Path) -> None:
+    """A group and a single array; a folder of stores that is resumed; what is not of numbers."""
+    zarr = pytest.importorskip("zarr", reason="needs zarr (pip install 'kinegen[fleet]')")
+    group = zarr.open_group(tmp_path / "q.zarr", mode="w")
+    for name, values in {"q": q, "time": np.arange(ROWS)}.items():
+        group.create_array(name, data=values)
+    zarr.save_array(tmp_path / "alone.zarr", q)
+    evaluate(ROBOT, tmp_path / "alone.zarr", tmp_path / "out.zarr", "pose")
+    found = evaluate(ROBOT, tmp_path / "q.zarr", tmp_path / "out", OUTPUTS, format="zarr", part_rows=400)
+
+    wanted = module.fk(q)[:, :3].reshape(-1, 12)
+    np.testing.assert_array_equal(zarr.open(tmp_path / "out.zarr", mode="r")["pose"][:], wanted)
+    stores = [zarr.open(tmp_path / "out" / f"part-0000{place}.zarr", mode="r") for place in range(3)]
+    assert (found.rows, found.written, stores[2]["pose"].shape) == (ROWS, 3, (ROWS - 800, 12))
+    np.testing.assert_array_equal(np.concatenate([store["pose"][:] for store in stores]), wanted)
+    assert np.concatenate([store["time"][:] for store in stores]).tolist() == list(range(ROWS))
+    assert json.loads(stores[0].attrs["kinegen"])["robot"] == "planar_3r"
+
+    shutil.rmtree(tmp_path / "out" / "part-00001.zarr")
+    again = evaluate(ROBOT, tmp_path / "q.zarr", tmp_path / "out", OUTPUTS, format="zarr", part_rows=400, resume=True)
+    assert (again.rows, again.written, again.kept) == (400, 1, 2)
+    over = evaluate(ROBOT, tmp_path / "q.zarr", tmp_path / "out", "pose", format="zarr", part_rows=2000, force=True)
+    assert over.written == 1
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [NAME, "part-00000.zarr"]
+
+    named = table(q).append_column("arm", pa.array(["left"] * ROWS))
+    pyarrow.parquet.write_table(named, tmp_path / "named.parquet")
+    with pytest.raises(KinegenError, match="column 'arm' is of type string; Zarr takes numbers"):
+        evaluate(ROBOT, tmp_path / "named.parquet", tmp_path / "named.zarr", "pose")
+    group.create_array("short", data=q[:5])
+    with pytest.raises(KinegenError, match="its arrays do not have the same number of rows"):
+        evaluate(ROBOT, tmp_path / "q.zarr", tmp_path / "other.zarr", "pose")
+    assert not list(tmp_path.glob("*named.zarr*"))
+    assert not list(tmp_path.glob(".*"))

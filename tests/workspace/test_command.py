@@ -293,3 +293,32 @@ def test_without_a_compiler_numpy_gives_the_same(
     main(arguments)
 
     assert json.loads(capsys.readouterr().out)["counts"] == compiled["counts"]
+
+
+def test_processes_find_what_threads_find(
+    two: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Runs of two blocks, so that workers hit the same voxels in many of them; joint vectors and voxels are equal."""
+    pytest.importorskip("distributed", reason="needs Dask (pip install 'kinegen[fleet]')")
+    monkeypatch.setattr("kinegen.fleet.surveying._RUN", 2)
+    found = []
+    for name, options in (("threads", ["--threads", "2"]), ("processes", ["--workers", "2"])):
+        cloud = tmp_path / f"{name}.npz"
+        assert main(["workspace", two, "--samples", "7e5", "--json", "--cloud", str(cloud), *options]) == 0
+        told = json.loads(capsys.readouterr().out)
+        with np.load(cloud) as arrays:
+            found.append(({key: told[key] for key in told if key not in ("seconds", "written")}, dict(arrays)))
+
+    assert found[0][0] == found[1][0]
+    assert found[0][1].keys() == found[1][1].keys()
+    for key, array in found[0][1].items():
+        np.testing.assert_array_equal(array, found[1][1][key])
+
+
+def test_a_scheduler_that_is_not_there_is_one_line(
+    two: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed", reason="needs Dask (pip install 'kinegen[fleet]')")
+    monkeypatch.setattr("kinegen.fleet.cluster._PATIENCE", 1)
+
+    assert "there is no scheduler at tcp://127.0.0.1:9" in refusal(capsys, two, "--scheduler", "tcp://127.0.0.1:9")

@@ -55,7 +55,7 @@ def test_a_grid_that_grows_forgets_nothing(dimensions: int, seed: int, batches: 
     points = generator.normal(0, 3, (dimensions, 40 * batches)) + generator.uniform(-20, 20, (dimensions, 1))
     start = 0
     for part in np.array_split(points, batches, axis=1):
-        grid.add(grid.cells(part), start)
+        grid.add(grid.cells(part), start + np.arange(part.shape[1]))
         start += part.shape[1]
 
     for voxels in (grid.whole(), grid.halves()):
@@ -70,7 +70,7 @@ def test_a_grid_that_grows_forgets_nothing(dimensions: int, seed: int, batches: 
 def test_the_frontier_is_every_free_voxel_beside_one_that_was_hit() -> None:
     grid = Grid(2.0, 2, "m")
     points = np.array([[0.1, 1.1], [0.1, 0.1]])
-    grid.add(grid.cells(points), 5)
+    grid.add(grid.cells(points), np.arange(5, 7))
 
     cells, sources = grid.frontier(0)
     low, high = grid.corners(cells)
