@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -25,6 +24,7 @@ import mpmath
 import numpy as np
 
 from benchmarks.rows import table
+from benchmarks.speed.clock import spent_by_children
 from benchmarks.speed.machine import processor_name
 from kinegen import reference
 from kinegen.emit.c.batch import emit_batch
@@ -258,7 +258,7 @@ class Run:
 
 def _run(command: Sequence[str], environment: dict[str, str]) -> Run:
     peak = [0.0]
-    used = _processor_time()
+    used = spent_by_children()
     begin = time.perf_counter()
     with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL) as process:
         watcher = threading.Thread(target=_watch, args=(process, peak))
@@ -268,12 +268,7 @@ def _run(command: Sequence[str], environment: dict[str, str]) -> Run:
         watcher.join()
     if status:
         raise SystemExit(f"{' '.join(command)} ended with status {status}")
-    return Run(seconds, _processor_time() - used, peak[0])
-
-
-def _processor_time() -> float:
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+    return Run(seconds, spent_by_children() - used, peak[0])
 
 
 def _middle(runs: Iterable[Run]) -> Run:

@@ -4,8 +4,9 @@
 
 Rust against the scalar C kernel (both for any x86-64 or ARM processor, without contraction); WebAssembly batches in
 Node.js against the batch of C for this processor; JavaScript against the closed form as people write it by hand, with
-Math.sin and Math.cos; the MEX file in GNU Octave, with one thread, against the same batch of C, and the function in
-MATLAB's language beside it. The best of many rounds counts. What is not installed is left out.
+Math.sin and Math.cos, at random angles and along a path, where its branches are foreseen; the MEX file in GNU Octave,
+with one thread, against the same batch of C, and the function in MATLAB's language beside it. The best of many rounds
+counts. What is not installed is left out.
 """
 
 from __future__ import annotations
@@ -97,7 +98,8 @@ function byHand(q, T) {
   return T;
 }
 const n = 1024, some = [1, -2, 3, 7, -9, 20];
-const joints = Array.from({ length: n }, (_, i) => Float64Array.from(some, (a) => a * i * 1e-3));
+const path = Array.from({ length: n }, (_, i) => Float64Array.from(some, (a) => a * i * 1e-3));
+const joints = path.map(() => Float64Array.from(some, () => (2 * Math.random() - 1) * Math.PI));
 const T = new Float64Array(16), all = new Float64Array(n * 6), poses = new Float64Array(n * 16);
 joints.forEach((q, i) => all.set(q, i * 6));
 const [one, other] = [robot.fk(joints[500]), byHand(joints[500], new Float64Array(16))];
@@ -105,6 +107,8 @@ one.forEach((x, i) => { if (Math.abs(x - other[i]) > 1e-12) throw new Error(`the
 const ways = [
   () => joints.forEach((q) => robot.fk(q, T)),
   () => joints.forEach((q) => byHand(q, T)),
+  () => path.forEach((q) => robot.fk(q, T)),
+  () => path.forEach((q) => byHand(q, T)),
   () => robot.fk_batch(all, poses),
 ];
 const best = ways.map(() => Infinity);
@@ -122,15 +126,29 @@ OCTAVE = """
 warning('off', 'all');
 build_mex('-O3 -march=native');
 q = 0.1 * ones(6, 20000);
-best = [Inf, Inf];
+mkoctfile --mex -o floor_mex.mex floor_mex.c
+best = [Inf, Inf, Inf];
 for round = 1:300
   tic; T = puma560_mex('fk', q); best(1) = min(best(1), toc);
+  tic; T = floor_mex(columns(q)); best(3) = min(best(3), toc);
 end
 for round = 1:10
   tic; T = puma560.fk(q); best(2) = min(best(2), toc);
 end
 printf('%g ', best / columns(q) * 1e9);
 """
+
+FLOOR = """
+#include "mex.h"
+void mexFunction(int nlhs, mxArray *plhs[], int nrhs, const mxArray *prhs[])
+{
+    const mwSize shape[3] = {4, 4, (mwSize)mxGetScalar(prhs[0])};
+    (void)nlhs;
+    (void)nrhs;
+    plhs[0] = mxCreateUninitNumericArray(3, shape, mxDOUBLE_CLASS, mxREAL);
+}
+"""
+"""A MEX file that returns memory for the poses and computes nothing: what no kernel can be quicker than."""
 
 
 def main() -> int:
@@ -144,20 +162,22 @@ def main() -> int:
             print(f"Rust, one pose          {rust:6.1f} ns   C {c:6.1f} ns   C / Rust {c / rust:.2f} (asked 0.9)")
         if shutil.which("node") and shutil.which("clang") and shutil.which("wasm-ld"):
             _run(folder, *compile_command(kernels).split())
-            single, hand, batch, is_wasm = _run(folder, "node", "bench.mjs")
+            single, hand, along, along_hand, batch, is_wasm = _run(folder, "node", "bench.mjs")
             c = _batch(folder)
             print(
                 f"JavaScript, one pose    {single:6.1f} ns   by hand {hand:6.1f} ns   "
-                f"by hand / JavaScript {hand / single:.2f} (asked 1.2)"
+                f"by hand / JavaScript {hand / single:.2f} (asked 1.2)   "
+                f"along a path {along_hand / along:.2f}"
             )
             what = "WebAssembly" if is_wasm else "JavaScript"
             print(f"{what}, batch      {batch:6.1f} ns   C {c:6.1f} ns   C / {what} {c / batch:.2f} (asked 0.3)")
         if shutil.which("octave-cli") and shutil.which("mkoctfile"):
-            mex, function = _run(folder / "matlab", "octave-cli", "--norc", "--quiet", "bench.m")
+            mex, function, floor = _run(folder / "matlab", "octave-cli", "--norc", "--quiet", "bench.m")
             c = _batch(folder)
             print(
                 f"MEX, batch              {mex:6.1f} ns   C {c:6.1f} ns   C / MEX {c / mex:.2f} (asked 0.8)   "
-                f"without MEX {function:.0f} ns"
+                f"without MEX {function:.0f} ns   a MEX file that returns memory alone {floor:.1f} ns, "
+                f"C / (MEX without that) {c / (mex - floor):.2f}"
             )
     return 0
 
@@ -173,6 +193,7 @@ def _write(folder: Path, kernels: Kernels) -> None:
         _put(folder / path, text)
     for path, text in (("bench.rs", RUST), ("bench.c", BATCH), ("bench.mjs", NODE), ("matlab/bench.m", OCTAVE)):
         _put(folder / path, text)
+    _put(folder / "matlab" / "floor_mex.c", FLOOR)
 
 
 def _put(path: Path, text: str) -> None:

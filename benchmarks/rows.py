@@ -18,25 +18,23 @@ SIZES = (7, 15, 30, 60, 120, 240)
 STAGES = ("load", "derive", "lower", "vectors", "emit", "compile", "prove", "measure", "write")
 
 BUILD = """
-import os, sys
+import sys
 from pathlib import Path
+from benchmarks.speed.clock import spent
 from kinegen.pipeline import build
 from kinegen.outputs import parse_quantity
 from kinegen.results import BuildOptions
 
-def used():
-    return sum(os.times()[:4])
-
-last = used()
+last = spent()
 def report(stage):
     global last
-    now = used()
+    now = spent()
     print(stage.name, now - last)
     last = now
 
 quantities = tuple(map(parse_quantity, sys.argv[3].split(",")))
 build(Path(sys.argv[1]), BuildOptions(output=Path(sys.argv[2]), quantities=quantities), report)
-print("all", used())
+print("all", spent())
 """
 
 

@@ -31,6 +31,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -96,10 +97,12 @@ def main(arguments: list[str]) -> int:
     """Rewrites or checks every page; returns the exit status."""
     check = arguments == ["--check"]
     stale = False
-    for page in PAGES:
-        before = page.read_text(encoding="utf-8")
+    befores = [page.read_text(encoding="utf-8") for page in PAGES]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        # Pages share no folder and no cache; the threads wait for what the commands print.
+        afters = pool.map(lambda page, text: refreshed(text, fresh_folder(SCRATCH / page.stem)), PAGES, befores)
+    for page, before, after in zip(PAGES, befores, afters, strict=True):
         name = str(page.relative_to(ROOT))
-        after = refreshed(before, fresh_folder(SCRATCH / page.stem))
         if before == after:
             continue
         if check:

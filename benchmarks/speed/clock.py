@@ -11,9 +11,12 @@ import statistics
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from benchmarks.speed import machine
-from benchmarks.speed.library import Run
+
+if TYPE_CHECKING:
+    from benchmarks.speed.library import Run
 
 SAMPLE = 0.001
 """Seconds that one timing lasts, about: as many calls as it takes. Short, so that many find their core free."""
@@ -131,6 +134,16 @@ def seconds_of(run: Run) -> float:
     begin = time.process_time()
     run()
     return time.process_time() - begin
+
+
+def spent() -> float:
+    """Seconds of processor time of this process and of all children that have ended, such as compilers."""
+    return sum(os.times()[:4])
+
+
+def spent_by_children() -> float:
+    """Seconds of processor time of the children of this process that have ended, and of theirs."""
+    return sum(os.times()[2:4])
 
 
 def ratio(timings: Mapping[str, Timing], faster: str, slower: str) -> float:

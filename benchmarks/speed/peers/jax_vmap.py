@@ -19,7 +19,7 @@ def peers(arm: Arm) -> Iterator[Peer]:
     jax: Any = importlib.import_module("jax")
     jax.config.update("jax_enable_x64", True)
     for real in ("double", "float"):
-        for name, form in (("link matrices", _product), ("closed form", _closed_form)):
+        for name, form in (("link matrices", product), ("closed form", _closed_form)):
             function = jax.jit(jax.vmap(partial(form, jax.numpy, arm, dtype(real))))
             yield Peer(
                 name=f"JAX jit(vmap), {name}",
@@ -40,7 +40,8 @@ def _single(jax: Any, function: Callable[[Any], Any], q: Array) -> tuple[Callabl
     return lambda one: function(one).block_until_ready(), jax.numpy.asarray(q[None])
 
 
-def _product(jnp: Any, arm: Arm, real: type, q: Any) -> Any:
+def product(jnp: Any, arm: Arm, real: type, q: Any) -> Any:
+    """One pose as a product of link matrices."""
     pose = jnp.eye(4, dtype=real)
     for link in arm.links:
         theta = real(link.theta) + (q[link.joint] if link.joint is not None else real(0))

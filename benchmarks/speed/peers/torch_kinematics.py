@@ -20,7 +20,7 @@ def peers(arm: Arm) -> Iterator[Peer]:
     kinematics: Any = importlib.import_module("pytorch_kinematics")
     torch.set_num_threads(1)
     for real in ("double", "float"):
-        chain = _chain(torch, kinematics, arm, torch.float64 if real == "double" else torch.float32)
+        chain = chain_of(torch, kinematics, arm, torch.float64 if real == "double" else torch.float32)
         yield Peer(
             name="pytorch_kinematics",
             package="pytorch_kinematics",
@@ -31,7 +31,8 @@ def peers(arm: Arm) -> Iterator[Peer]:
         )
 
 
-def _chain(torch: Any, kinematics: Any, arm: Arm, real: Any) -> Any:
+def chain_of(torch: Any, kinematics: Any, arm: Arm, real: Any) -> Any:
+    """The arm as it reads it from a URDF, in one number type."""
     # The lengths are rounded to the default type when the text is read.
     default = torch.get_default_dtype()
     torch.set_default_dtype(real)
