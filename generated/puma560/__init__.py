@@ -168,7 +168,7 @@ BRANCHES: tuple[str, ...] = (
 )
 """Solutions of `inverse`, in its order."""
 
-_native = load_native("cc6dcc0046f7c7d3")
+_native = load_native("3097959d061c1e0d")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

@@ -138,7 +138,7 @@ BRANCHES: tuple[str, ...] = (
 )
 """Solutions of `inverse`, in its order."""
 
-_native = load_native("1ea5888325b83b99")
+_native = load_native("0491f63c734efd2a")
 
 fk: Kernel[Floats] = Kernel(
     "fk",

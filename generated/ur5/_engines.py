@@ -251,7 +251,7 @@ def forget(package: dict[str, Any]) -> None:
         package: The names of the package, as it is imported again.
     """
     name = package["__name__"]
-    for module in [each for each in sys.modules if each.startswith(f"{name}._")]:
+    for module in [each for each in sys.modules if each.startswith(f"{name}.")]:
         del sys.modules[module]
         package.pop(module[len(name) + 1 :], None)
     importlib.invalidate_caches()

@@ -22,7 +22,8 @@ from ._threads import spread, workers_for
 
 Floats = NDArray[np.floating[Any]]
 
-_BLOCK = 1 << 10  # targets that go to C at once; Ctrl-C gets through in between
+_BLOCK = 1 << 10  # targets of which threads take turns, and that NumPy searches for together
+_LONG = 1 << 12  # targets that go to C at once where one thread does all; Ctrl-C gets through in between
 
 
 class NumericSolution(NamedTuple):
@@ -170,7 +171,8 @@ class NumericInverse:
         """Search for all targets; arrays whose axes do not run together are filled by way of others."""
         count = len(task.targets)
         flat = NumericSolution(*(np.reshape(entry, (count, *entry.shape[len(lead) :])) for entry in found))
-        spread(partial(self._search, task, flat), _blocks(count), workers)
+        block = _LONG if self._native is not None and workers == 1 else _BLOCK
+        spread(partial(self._search, task, flat, not lead), _blocks(count, block), workers)
         for entry, filled in zip(found, flat, strict=True):
             if not np.shares_memory(entry, filled):
                 entry[...] = filled.reshape(entry.shape)
@@ -259,13 +261,13 @@ class NumericInverse:
             others.append((field, array))
         return NumericSolution(*out)
 
-    def _search(self, whole: _Task, found: NumericSolution, first: int, last: int) -> None:
+    def _search(self, whole: _Task, found: NumericSolution, single: bool, first: int, last: int) -> None:
         """Search for some of the targets."""
         task, part = whole.part(first, last), slice(first, last)
         if self._native is None and isinstance(task.params, np.ndarray) and last - first > 1:
             # Each target has a robot of its own.
             for each in range(first, last):
-                self._search(whole, found, each, each + 1)
+                self._search(whole, found, single, each, each + 1)
             return
         if self._native is None:
             own = self._params._make(task.params[0].tolist()) if isinstance(task.params, np.ndarray) else task.params
@@ -274,13 +276,13 @@ class NumericInverse:
             search.run(task.starts, np.random.default_rng((task.effort.seed, first)))
             answer: tuple[Any, ...] = search.q, search.errors, search.iterations, search.solved
         else:
-            answer = self._in_c(task, first)
+            answer = self._in_c(task, first, single)
         q, errors, iterations, solved = answer
         found.q[part], found.solved[part] = q, solved
         found.position_error[part], found.rotation_error[part] = errors.T
         found.iterations[part] = iterations
 
-    def _in_c(self, task: _Task, first: int) -> tuple[Floats, Floats, Any, Any]:
+    def _in_c(self, task: _Task, first: int, alone: bool) -> tuple[Floats, Floats, Any, Any]:
         targets, starts, params, effort = task
         ffi, count = self._native.ffi, len(targets)
         single = targets.dtype == np.float32
@@ -290,25 +292,27 @@ class NumericInverse:
             structs: tuple[Any, ...] = ffi.from_buffer(item, params), 1
         else:
             structs = () if params is None else (ffi.new(f"{prefix}_params *", list(params)), 0)
-        q, errors = np.empty((count, self.dof), targets.dtype), np.empty((count, 2), targets.dtype)
-        iterations, solved = np.empty(count, np.int32), np.empty(count, np.uint8)
+        real, whole = targets.dtype, np.dtype(np.int32)
+        q, solved = np.empty((count, self.dof), real), np.empty(count, np.uint8)
+        # The struct of the header: two errors, steps and descents.
+        found = np.empty(count, [("errors", real, 2), ("iterations", whole), ("descents", whole)])
         call(
             *structs,
             ffi.from_buffer(item, targets),
             ffi.from_buffer(item, starts),
             count,
             first,
+            alone,
             ffi.new(item, list(effort.tolerances)),
             effort.restarts,
             effort.seed,
             effort.budget,
             effort.steps,
             ffi.from_buffer(item, q, require_writable=True),
-            ffi.from_buffer(item, errors, require_writable=True),
-            ffi.from_buffer("int32_t[]", iterations, require_writable=True),
+            ffi.from_buffer("unsigned char[]", found.view(np.uint8), require_writable=True),
             ffi.from_buffer("unsigned char[]", solved, require_writable=True),
         )
-        return q, errors, iterations, solved
+        return q, found["errors"], found["iterations"], solved
 
 
 def _with_numbers(found: NumericSolution) -> NumericSolution:
@@ -317,6 +321,6 @@ def _with_numbers(found: NumericSolution) -> NumericSolution:
     return NumericSolution(found.q, *others)
 
 
-def _blocks(count: int) -> Generator[tuple[int, int]]:
-    for first in range(0, count, _BLOCK):
-        yield first, min(first + _BLOCK, count)
+def _blocks(count: int, block: int) -> Generator[tuple[int, int]]:
+    for first in range(0, count, block):
+        yield first, min(first + block, count)

@@ -458,7 +458,7 @@ export function adjoint_batch(a_T_b: Numbers, adjoint?: Float64Array): Float64Ar
  *   root of a sum of squares, must be less than 3e-06
  *   where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
  * @param base_T_tool pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal: 16 numbers
- * @param solutions array for the result, a joint vector for each branch, 8x6 matrix, row by row: 48 numbers
+ * @param solutions array for the result, 8x6 matrix, row by row: 48 numbers
  * @param valid array for the result, 1 or 0 for each branch: 8 numbers
  */
 export function inverse(base_T_tool: Numbers, solutions?: Float64Array, valid?: Uint8Array): [Float64Array, Uint8Array];
