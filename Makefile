@@ -16,7 +16,7 @@ ROBOTS := $(sort $(wildcard robots/*.yaml))
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-controllers test-imports test-languages test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-imports test-languages test-learning test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,7 +37,7 @@ view: $(VENV)/.kinegen ## opens a PUMA 560 that moves in the browser
 # For people who change it ---------------------------------------------------------------------------------------------
 
 test: $(VENV)/.dev ## runs the test suite
-	$(BIN)/python -m pytest -n $(JOBS) $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST_OPTIONS)
 
 test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
 	@$(BIN)/python scripts/install_boards.py
@@ -59,13 +59,17 @@ test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares
 
 test-languages: $(VENV)/.dev ## proves every output in other languages; as root, installs what that takes
 	@$(BIN)/python scripts/install_languages.py
-	$(BIN)/python -m pytest tests/languages -n $(JOBS) -m languages $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/languages tests/inverse -n $(JOBS) -m languages $(PYTEST_OPTIONS)
+
+test-learning: $(VENV)/.dev ## tries packages in PyTorch, JAX, Numba and SciPy; installs these
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,learning]'
+	$(BIN)/python -m pytest tests/learning -m learning $(PYTEST_OPTIONS)
 
 test-notebooks: $(VENV)/.dev ## runs the notebooks of examples/ from top to bottom
 	$(BIN)/python -m pytest tests/api -n $(JOBS) -m notebooks $(PYTEST_OPTIONS)
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
-	$(BIN)/python -m pytest tests/sabotage -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/sabotage tests/verify -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
 
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
@@ -87,8 +91,10 @@ types: $(VENV)/.dev ## checks the types
 
 robots: $(VENV)/.kinegen ## builds and proves every robot of robots/
 	@mkdir -p build
-	@$(BIN)/kinegen build $(ROBOTS) -o build/robots >build/robots.log || { cat build/robots.log; exit 1; }
-	@echo "$(words $(ROBOTS)) robots are built and proven; build/robots.log has the reports"
+	@rm -f build/robots.*.log
+	@printf '%s\n' $(ROBOTS) | xargs -P $(JOBS) -n 10 sh -c '\
+	    log=build/robots.$$$$.log; $(BIN)/kinegen build "$$@" -o build/robots >$$log 2>&1 || { cat $$log; exit 1; }' build
+	@echo "$(words $(ROBOTS)) robots are built and proven; build/robots.*.log have the reports"
 
 generated: $(VENV)/.kinegen ## rewrites generated/: some packages, and the digests of what every robot gives
 	$(BIN)/python scripts/generated.py

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
@@ -79,9 +79,18 @@ def _has_all_solutions(robot: Robot) -> bool:
     return True
 
 
+def quantities_of(robot: Robot) -> tuple[Quantity, ...]:
+    """Every quantity; of a machine with a tool and a workpiece also those of one as seen from the other."""
+    if len(robot.tips) != 2:
+        return every_quantity()
+    workpiece, tool = robot.tips
+    kinds = (Kind.POSE, Kind.FK_JACOBIAN, Kind.AXIS_INVERSE)
+    return (*every_quantity(), *(Quantity(kind, frame=tool, seen_from=workpiece) for kind in kinds))
+
+
 def outputs(robot: Robot) -> str:
     """The names of all outputs that a robot has, for `--outputs`."""
-    kernels = programs(robot, every_quantity())
+    kernels = programs(robot, quantities_of(robot))
     quantities = [program.quantity for program in kernels.programs] + [NUMERIC_INVERSE] * kernels.numeric_inverse
     quantities += [COMPLETE_INVERSE] * kernels.complete_inverse
     return ",".join(map(str, quantities))
@@ -90,7 +99,7 @@ def outputs(robot: Robot) -> str:
 def lines(path: Path) -> list[str]:
     """The digests of one robot."""
     robot = load(path)
-    found = [*_lines(robot.name, programs(robot, every_quantity()))]
+    found = [*_lines(robot.name, programs(robot, quantities_of(robot)))]
     with suppress(KinegenError):  # elementary sequences have no entries
         found += _lines(f"{robot.name} dh", programs(calibrated(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),)))
     try:
@@ -128,14 +137,18 @@ def digests() -> str:
 
 def build_packages(folder: Path, *, compiled: bool) -> None:
     """Build every package into a folder."""
-    for name, options in PACKAGES.items():
+
+    def build(name: str) -> None:
         path = ROOT / "robots" / f"{name}.yaml"
-        named = [outputs(load(path)) if option == EVERY else option for option in options]
+        named = [outputs(load(path)) if option == EVERY else option for option in PACKAGES[name]]
         command = [sys.executable, "-m", "kinegen", "build", str(path), "-o", str(folder), *named]
         command += ["--reproducible"] if compiled else ["--no-compile"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(f"{name}: {done.stderr or done.stdout}")
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(build, PACKAGES))
 
 
 def differences(here: Path, there: Path) -> Iterator[str]:

@@ -119,6 +119,7 @@ def test_make_finds_what_it_needs_in_the_sources(goal: str, source: Path) -> Non
     assert "scripts/make_venv.py" in run("make", "--dry-run", f"PYTHON={sys.executable}", goal, cwd=source)
 
 
+@pytest.mark.long
 def test_every_test_of_the_sources_can_be_collected(source: Path) -> None:
     quick = ("--assert=plain", "-p", "no:cacheprovider")  # nothing runs, so no assertion needs its words
     printed = run(sys.executable, "-m", "pytest", "--collect-only", "-qq", *quick, cwd=source)

@@ -79,6 +79,7 @@ def test_what_a_command_reads_is_there_or_was_made_before(page: Path) -> None:
                 assert (ROOT / word).exists(), command
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", [page for page in PAGES if name(page) in QUICK], ids=name)
 def test_the_commands_of_a_page_run_in_an_empty_folder_in_order(page: Path, tmp_path: Path) -> None:
     folder = make_readme.fresh_folder(tmp_path / "reader")
