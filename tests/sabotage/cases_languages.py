@@ -22,7 +22,9 @@ _POSE = (
     ("the second configuration of a batch", r"i \* 6", "(i && i - 1) * 6", BATCH),
     ("results of a batch one place off", r"i \* 16\);", "i * 15);", BATCH),
     ("a batch that forgets its last configuration", r"i < n;", "i < n - 1;", BATCH),
-    ("an angle that NaN leaves", r"sincos\(q\[q_at\]\);", "sincos(q[q_at] || 0);", ONE),
+    ("an angle that NaN leaves", r"sines\[0\] = q\[q_at\];", "sines[0] = q[q_at] || 0;", ONE),
+    ("the sine of another joint", r"sines\[3\] = q\[q_at \+ 3\];", "sines[3] = q[q_at + 4];", ONE),
+    ("too few sines", r"sincos\(6\);", "sincos(4);", ONE),
     ("the name of a function", r"export function fk\(", "export function pose(", ""),
 )  # fmt: skip
 

@@ -17,6 +17,7 @@ from kinegen.emit.javascript.syntax import SYNTAX
 from kinegen.emit.javascript.wasm import compile_command
 from kinegen.emit.kernels import Kernels
 from kinegen.ir.program import Program
+from kinegen.verify.runners.conversation import Conversation
 from kinegen.verify.runners.runner import run_tool
 from kinegen.verify.runners.straight import require_forms
 from kinegen.verify.ways import Arrays
@@ -39,29 +40,28 @@ def run_javascript(tool: str, folder: Path, kernels: Kernels) -> _Module:
         run_tool(tuple(compile_command(kernels).split()), folder, f"the WebAssembly of {name}")
     driver = environment().get_template(f"javascript/{_DRIVER}.jinja").render()
     (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
-    return _Module(tool, folder, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
+    node = Conversation((tool, _DRIVER, name), folder, tool)
+    return _Module(node, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
 
 
 @dataclass(frozen=True, slots=True)
 class _Module:
-    """A module that Node.js imports; see `kinegen.verify.runners.runner.Call`.
+    """A module in one process of Node.js; see `kinegen.verify.runners.runner.Call`.
 
     Attributes:
-        tool: The command of Node.js.
-        folder: The folder of the module.
-        name: Its file name.
+        node: The process.
+        name: The file name of the module.
         parameters: Names of its runtime parameters.
     """
 
-    tool: str
-    folder: Path
+    node: Conversation
     name: str
     parameters: tuple[str, ...]
 
     def __call__(
         self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
     ) -> Arrays:
-        """Evaluate a kernel in a process of its own; there is one number type."""
+        """Evaluate a kernel; there is one number type."""
         del real
         count, results = len(inputs[0]), program.signature.results
         function = program.quantity.function + ("_batch" if is_batch else "")
@@ -70,10 +70,9 @@ class _Module:
             given, found = Path(name) / "inputs", Path(name) / "results"
             flat = [np.ascontiguousarray(array, np.float64).ravel() for array in inputs]
             given.write_bytes(np.concatenate(flat).tobytes())
-            sizes = (",".join(str(array[0].size if count else 0) for array in inputs), _sizes(program))
-            files = (str(given), str(found))
-            command = (self.tool, _DRIVER, self.name, function, str(count))
-            run_tool((*command, *sizes, json.dumps(params), *files), self.folder, f"{function} of {self.name}")
+            sizes = [array[0].size if count else 0 for array in inputs], [_size(result.shape) for result in results]
+            words = (function, count, *sizes, params, str(given), str(found))
+            self.node.ask(json.dumps(words), f"{function} of {self.name}")
             numbers = np.fromfile(found)
         ends = np.cumsum([count * _size(result.shape) for result in results])
         parts = np.split(numbers, ends[:-1])
@@ -84,7 +83,7 @@ class _Module:
 
     def tables(self) -> dict[str, Any]:
         """What the module says of the robot."""
-        text = run_tool((self.tool, _DRIVER, self.name), self.folder, self.name)
+        text = "".join(self.node.ask(json.dumps(["tables"]), self.name))
         return {name: _tuples(value) for name, value in json.loads(text).items()}
 
 
@@ -94,7 +93,3 @@ def _tuples(value: Any) -> Any:
 
 def _size(shape: tuple[int, ...]) -> int:
     return int(np.prod(shape, dtype=int))
-
-
-def _sizes(program: Program) -> str:
-    return ",".join(str(_size(result.shape)) for result in program.signature.results)

@@ -6,13 +6,11 @@ import itertools
 import math
 import re
 import shutil
-import subprocess
 import tempfile
-import threading
 import weakref
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +25,8 @@ from kinegen.errors import CompileError
 from kinegen.ir.program import Program
 from kinegen.outputs import Array
 from kinegen.verify.plain import CLAMP, NEAREST
-from kinegen.verify.runners.runner import PATIENCE, run_tool
+from kinegen.verify.runners.conversation import Conversation
+from kinegen.verify.runners.runner import run_tool
 from kinegen.verify.runners.straight import require_forms
 from kinegen.verify.ways import DTYPES, Arrays, Floats
 
@@ -101,18 +100,8 @@ class _Package:
         self._robot, self._dof, self._numbers = robot, dof, itertools.count()
         command = (tool, "--norc", "--quiet", "--no-history", _DRIVER, robot)
         self._place = tempfile.TemporaryDirectory(prefix="kinegen-")
-        try:
-            self._process = subprocess.Popen(
-                command,
-                cwd=folder,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                text=True,
-            )
-        except OSError as error:
-            raise CompileError(f"{tool} cannot be run: {error.strerror}") from error
-        weakref.finalize(self, _end, self._process, self._place)
+        weakref.finalize(self, self._place.cleanup)
+        self._octave = Conversation(command, folder, "Octave")
 
     def __call__(
         self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
@@ -177,53 +166,8 @@ class _Package:
         return found | ({"DEFAULT_PARAMS": dict(zip(names, values, strict=True))} if names else {})
 
     def _asked(self, line: str, subject: str) -> list[str]:
-        """The lines before the answer.
-
-        Raises:
-            CompileError: If that is not `ready`, or there is none within `PATIENCE`.
-        """
-        asked, answers = self._process.stdin, self._process.stdout
-        timer = threading.Timer(PATIENCE, self._process.kill)
-        timer.start()
-        try:
-            found = _talk(asked, answers, line)
-        finally:
-            timer.cancel()
-        if found[-1] != "ready":
-            reason = found[-1].removeprefix("wrong: ") or "it has ended"
-            raise CompileError(f"Octave refuses {subject} of {self._robot}: {reason}")
-        return found[:-1]
-
-
-def _talk(asked: IO[str] | None, answers: IO[str] | None, line: str) -> list[str]:
-    """Ask, and read up to the answer, which is empty where the process has ended."""
-    if asked is None or answers is None:
-        return [""]
-    try:
-        asked.write(f"{line}\n\n")  # Octave has a line when it has seen what follows
-        asked.flush()
-    except BrokenPipeError:
-        return [""]
-    found = [""]
-    while not (found[-1] == "ready" or found[-1].startswith("wrong: ")):
-        read = answers.readline()
-        found.append(read.rstrip("\n"))
-        if not read:
-            break
-    return found[1:]
-
-
-def _end(process: subprocess.Popen[str], place: tempfile.TemporaryDirectory[str]) -> None:
-    """End a process that waits for a line, and remove its files."""
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            pipe.close()
-    try:
-        process.wait(timeout=5)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-    place.cleanup()
+        """The lines before the answer; see `Conversation.ask`."""
+        return self._octave.ask(line, f"{subject} of {self._robot}")
 
 
 def _to_columns(array: Array, numbers: Floats) -> bytes:
