@@ -59,7 +59,7 @@ test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares
 
 test-languages: $(VENV)/.dev ## proves every output in other languages; as root, installs what that takes
 	@$(BIN)/python scripts/install_languages.py
-	$(BIN)/python -m pytest tests/languages tests/inverse -n $(JOBS) -m languages $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/languages tests/inverse -n $(JOBS) --dist loadgroup -m languages $(PYTEST_OPTIONS)
 
 test-learning: $(VENV)/.dev ## tries packages in PyTorch, JAX, Numba and SciPy; installs these
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,learning]'

@@ -19,7 +19,7 @@ from kinegen.ir.program import Program
 from kinegen.outputs import Kind
 from kinegen.robot.model import Robot
 from kinegen.verify.beyond import beyond_limits
-from kinegen.verify.languages import Ready, prepared
+from kinegen.verify.prepared import Ready, prepared
 from kinegen.verify.proof import held
 from kinegen.verify.samples import SEED, FloatArray, input_samples, proof_samples
 from kinegen.verify.ways import DTYPES, Arrays, Floats

@@ -6,17 +6,19 @@ import re
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
-from functools import cache
+from contextlib import suppress
+from functools import cache, lru_cache
 from pathlib import Path
 
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.files import emit_files
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
+from kinegen.errors import KinegenError
 from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.naming import prefix
-from kinegen.outputs import NUMERIC_INVERSE, USUAL, Quantity, with_needed
+from kinegen.outputs import NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity, with_needed
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
 from kinegen.verify.vectors import compute_vectors
@@ -52,6 +54,17 @@ def kernels(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
     arm = robot(name)
     programs = tuple(lower(derive(arm, quantity)) for quantity in with_needed(quantities))
     return Kernels(arm, programs, runtime_defaults(arm), NUMERIC_INVERSE in quantities)
+
+
+@lru_cache(maxsize=2)
+def everything(name: str) -> Kernels:
+    """A robot with all quantities that it has and other languages print."""
+    arm, programs = robot(name), []
+    for quantity in every_quantity():
+        if quantity.kind not in (Kind.NUMERIC_INVERSE, Kind.PARAMETER_JACOBIAN):
+            with suppress(KinegenError):
+                programs.append(lower(derive(arm, quantity)))
+    return Kernels(arm, tuple(programs), runtime_defaults(arm))
 
 
 @cache

@@ -27,6 +27,7 @@ from kinegen.outputs import Kind, Quantity, parse_quantity
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.floats import FLOATS
 from kinegen.verify import languages as judge
+from kinegen.verify import prepared
 from kinegen.verify.runners import RUNNERS
 from tests.builds.workshop import ROBOTS, make
 from tests.emit.emitted import kernels
@@ -116,7 +117,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Language:
     monkeypatch.setattr(languages, "LANGUAGES", table)
     monkeypatch.setattr(texts, "LANGUAGES", table)
     monkeypatch.setattr(judge, "LANGUAGES", table)
-    monkeypatch.setattr(judge, "RUNNERS", {**RUNNERS, "toy": ToyCall})
+    monkeypatch.setattr(prepared, "RUNNERS", {**RUNNERS, "toy": ToyCall})
     return language
 
 

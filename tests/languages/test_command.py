@@ -58,7 +58,7 @@ def test_what_is_not_proven_says_so(
     hidden: str,
     reason: str,
 ) -> None:
-    monkeypatch.setattr("kinegen.verify.languages.shutil.which", lambda _: None)
+    monkeypatch.setattr("kinegen.verify.prepared.shutil.which", lambda _: None)
     words = ["--no-compile"] if hidden == "compiler" else []
     printed = build(arm, tmp_path, capsys, *words, "--languages", "javascript", "--json")
 

@@ -12,18 +12,16 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.cpp import kernels_of, measure
+from benchmarks.cpp import measure
 from kinegen.emit.cpp.syntax import number
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.emit.languages import LANGUAGES, emit_language, kept
 from kinegen.errors import KinegenError
 from kinegen.outputs import NUMERIC_INVERSE, parse_quantity
 from kinegen.pipeline import lower_file
-from kinegen.verify.languages import prove_language
 from kinegen.verify.runners.cpp import FLAGS
 from kinegen.verify.vectors import compute_vectors
-from tests.emit.emitted import ROBOTS, kernels, run
+from tests.emit.emitted import ROBOTS, everything, kernels, run
 from tests.emit.handwritten import KERNELS
-from tests.languages.test_javascript import WHOLE, everything
 
 CPP = LANGUAGES["cpp"]
 FOLDER = Path(__file__).parent
@@ -183,22 +181,10 @@ def test_the_search_is_refused_with_a_reason() -> None:
 
 @needs_gcc
 @pytest.mark.languages
-@pytest.mark.parametrize("name", WHOLE)
-def test_every_quantity_is_proven(name: str) -> None:
-    """Against the reference, and with the bits of C."""
-    given = everything(name)
-    comparisons = prove_language(given, CPP, emit_language(given, CPP, compute_vectors(given)))
-
-    assert {comparison.quantity for comparison in comparisons} == {program.quantity for program in given.programs}
-    assert {comparison.real for comparison in comparisons} == {"double", "float"}
-
-
-@needs_gcc
-@pytest.mark.languages
 @pytest.mark.parametrize("name", NAMES)
 def test_every_robot_has_the_bits_of_c(name: str) -> None:
     """Every output in both number types, with NaN and numbers out of range among the inputs."""
-    found = measure(kernels_of(name), 300)
+    found = measure(kept(everything(name), CPP), 300)
 
     assert found["words"]
     assert found["wrong"] == 0

@@ -26,7 +26,8 @@ from kinegen.errors import KinegenError, ProofError
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import NUMERIC_INVERSE, Quantity, parse_quantity
 from kinegen.symbolic.derive import derive
-from kinegen.verify.languages import prepared, prove_language
+from kinegen.verify.languages import prove_language
+from kinegen.verify.prepared import prepared
 from kinegen.verify.ways import DTYPES
 from tests.emit.emitted import ROBOTS, kernels, robot, run
 from tests.emit.handwritten import KERNELS

@@ -19,11 +19,9 @@ from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.outputs import NUMERIC_INVERSE, Array, Kind, Quantity, parse_quantity
 from kinegen.symbolic.derive import derive
-from kinegen.verify.bits import compare_bits
 from kinegen.verify.languages import prove_language
 from tests.emit.emitted import ROBOTS, kernels, vectors
 from tests.emit.handwritten import KERNELS
-from tests.languages.test_javascript import everything
 
 OCTAVE = shutil.which("octave-cli") or ""
 MATLAB = LANGUAGES["matlab"]
@@ -33,13 +31,6 @@ needs_mkoctfile = pytest.mark.skipif(
 )
 
 OUTPUTS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "inverse")))
-
-EVERY = sorted(path.stem for path in ROBOTS.glob("*.yaml"))
-JUDGED = ("blocks", "calibrated_2r", "scara")
-"""Held against the reference here, the others against C."""
-
-COUNT = 200
-"""Configurations at which every output of every robot has to give the bits of C."""
 
 
 @cache
@@ -324,25 +315,3 @@ def test_what_octave_refuses_is_an_error_in_one_line() -> None:
         prove_language(given, MATLAB, broken)
 
     assert "\n" not in str(caught.value)
-
-
-@needs_octave
-@pytest.mark.languages
-@pytest.mark.parametrize("name", JUDGED)
-def test_every_quantity_is_proven(name: str) -> None:
-    """Against the reference, and with the bits of C."""
-    given = everything(name)
-    comparisons = prove_language(given, MATLAB, emit_language(given, MATLAB))
-
-    assert {comparison.quantity for comparison in comparisons} == {program.quantity for program in given.programs}
-
-
-@needs_octave
-@pytest.mark.languages
-@pytest.mark.parametrize("name", EVERY)
-def test_every_robot_has_the_bits_of_c(name: str) -> None:
-    given = everything(name)
-    found = compare_bits(given, MATLAB, emit_language(given, MATLAB), COUNT)
-
-    assert found.differing == 0, found.worst
-    assert found.words > COUNT * len(given.programs)

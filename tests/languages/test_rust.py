@@ -14,10 +14,8 @@ from kinegen.emit.languages import LANGUAGES, emit_language
 from kinegen.errors import KinegenError
 from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Kind, every_quantity, parse_quantity
+from kinegen.outputs import parse_quantity
 from kinegen.symbolic.derive import derive
-from kinegen.verify.bits import compare_bits
-from kinegen.verify.languages import prove_language
 from tests.emit.emitted import ROBOTS, kernels, run, vectors
 from tests.emit.handwritten import KERNELS
 
@@ -25,13 +23,6 @@ RUST = LANGUAGES["rust"]
 TOOL = shutil.which("rustc") or ""
 needs_rust = pytest.mark.skipif(not TOOL, reason="needs rustc (Debian: apt-get install rustc)")
 OUTPUTS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "inverse", "numeric_inverse")))
-
-EVERY = sorted(path.stem for path in ROBOTS.glob("*.yaml"))
-JUDGED = ("blocks", "calibrated_2r", "scara")
-"""Held against the reference here, the others against C."""
-
-COUNT = 200
-"""Configurations at which every output of every robot has to give the bits of C."""
 
 
 @cache
@@ -169,37 +160,3 @@ def test_every_operator_is_printed() -> None:
         "let t8 = select(q[0], 0.5, t3, t7);",
     ):
         assert f"    {line}\n" in text
-
-
-def everything(name: str) -> Kernels:
-    """A robot with all quantities that it has."""
-    arm, programs = load(ROBOTS / f"{name}.yaml"), []
-    for quantity in every_quantity():
-        if quantity.kind not in (Kind.NUMERIC_INVERSE, Kind.PARAMETER_JACOBIAN):
-            try:
-                programs.append(lower(derive(arm, quantity)))
-            except KinegenError:
-                continue
-    return Kernels(arm, tuple(programs), runtime_defaults(arm))
-
-
-@needs_rust
-@pytest.mark.languages
-@pytest.mark.parametrize("name", JUDGED)
-def test_every_quantity_is_proven(name: str) -> None:
-    """Against the reference, and with the bits of C."""
-    given = everything(name)
-    comparisons = prove_language(given, RUST, emit_language(given, RUST))
-
-    assert {comparison.quantity for comparison in comparisons} == {program.quantity for program in given.programs}
-
-
-@needs_rust
-@pytest.mark.languages
-@pytest.mark.parametrize("name", EVERY)
-def test_every_robot_has_the_bits_of_c(name: str) -> None:
-    given = everything(name)
-    found = compare_bits(given, RUST, emit_language(given, RUST), COUNT)
-
-    assert found.differing == 0, found.worst
-    assert found.words > COUNT * len(given.programs)

@@ -1,0 +1,60 @@
+"""Every quantity that a robot has, in all languages: against the reference, and with the bits of C."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from kinegen.emit.language import Language
+from kinegen.emit.languages import LANGUAGES, emit_language, kept
+from kinegen.verify.bits import compare_bits
+from kinegen.verify.languages import prove_languages
+from kinegen.verify.runners import RUNNERS
+from tests.emit.emitted import ROBOTS, everything
+
+WHOLE = ("blocks", "calibrated_2r", "differential_wrist", "hand", "palletiser", "puma560", "scara", "screw")
+"""No joint, runtime parameters, actuators, a tree, a linkage, closed-form inverses, an angle that is a length too."""
+
+EVERY = sorted(path.stem for path in ROBOTS.glob("*.yaml"))
+
+COMPARED = ("rust", "matlab", "javascript")
+"""The others have tests of their own: C++ with its driver, CUDA of the layouts that it alone has."""
+
+COUNT = 200
+"""Configurations at which every output of every robot has to give the bits of C."""
+
+
+def require_tool(language: Language) -> None:
+    """Skips a test where nothing runs the language."""
+    if not any(map(shutil.which, language.tools)):
+        pytest.skip(f"needs {language.install}")
+
+
+@pytest.mark.languages
+@pytest.mark.parametrize("name", WHOLE)
+def test_every_quantity_is_proven_in_all_languages(name: str) -> None:
+    given, languages = everything(name), [LANGUAGES[each] for each in RUNNERS]
+    for language in languages:
+        require_tool(language)
+    files = {path: text for each in languages for path, text in emit_language(given, each).items()}
+    comparisons, _ = prove_languages(given, tuple(RUNNERS), files, compiled=True)
+
+    for language in languages:
+        own = [each for each in comparisons if each.target.startswith(f"{language.title} ")]
+        programs = kept(given, language).programs
+        assert {(each.quantity, each.real) for each in own} == {
+            (program.quantity, str(real)) for program in programs for real in language.reals
+        }
+
+
+@pytest.mark.languages
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("language", COMPARED)
+def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
+    given, spoken = everything(name), LANGUAGES[language]
+    require_tool(spoken)
+    found = compare_bits(given, spoken, emit_language(given, spoken), COUNT)
+
+    assert found.differing == 0, found.worst
+    assert found.words > COUNT * len(kept(given, spoken).programs)
