@@ -21,6 +21,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 from kinegen.emit.complete.choose import complete_of
@@ -99,11 +100,12 @@ def outputs(robot: Robot) -> str:
 def lines(path: Path) -> list[str]:
     """The digests of one robot."""
     robot = load(path)
-    found = [*_lines(robot.name, programs(robot, quantities_of(robot)))]
+    kernels = programs(robot, quantities_of(robot))
+    found = [*_lines(robot.name, kernels)]
     with suppress(KinegenError):  # elementary sequences have no entries
         found += _lines(f"{robot.name} dh", programs(calibrated(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),)))
     try:
-        usual = programs(robot, USUAL)
+        usual = replace(kernels, programs=tuple(each for each in kernels.programs if each.quantity in USUAL))
         found.append(_line(f"{robot.name} q30", emit_integers(usual, fixed_vectors(fixed_kernels(usual)))))
     except KinegenError as error:
         found.append(f"{robot.name} q30 refused: {error.message}")
