@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -21,6 +22,7 @@ class Array:
         per_frame: Whether its first axis counts the frames (or tips) of the program.
         per_branch: Whether its first axis counts the branches of an inverse.
         is_truth: Whether its numbers are truth values, 1 or 0.
+        words: What it holds, where its name does not say that.
     """
 
     name: str
@@ -29,6 +31,7 @@ class Array:
     per_frame: bool = False
     per_branch: bool = False
     is_truth: bool = False
+    words: str = ""
 
     @property
     def size(self) -> int:
@@ -57,7 +60,22 @@ class Array:
 
 
 REDUNDANCY = Array("redundancy", ())
-"""What the inverse of seven joints is given besides the pose: the value of a joint, or the arm angle."""
+"""What an inverse is given besides the pose: the value of a joint, or the arm angle."""
+
+
+def redundancy_arrays(units: Sequence[tuple[str, str]]) -> tuple[Array, ...]:
+    """What an inverse is given besides the pose.
+
+    Args:
+        units: Names of joints and the units of their values, in order.
+
+    Returns:
+        Nothing, a number, or of several joints a vector.
+    """
+    if len(units) < 2:
+        return (REDUNDANCY,) * len(units)
+    words = ", ".join(f"[{place}] {name} in {unit}" for place, (name, unit) in enumerate(units))
+    return (Array(REDUNDANCY.name, (len(units),), words=f"values of the joints that are given: {words}"),)
 
 
 class Kind(StrEnum):
@@ -123,7 +141,6 @@ _FRAMELESS = (
     Kind.INVERSE_POSE,
     Kind.TRANSFORM_POINT,
     Kind.ADJOINT,
-    Kind.INVERSE,
     Kind.ACTUATORS_TO_JOINTS,
     Kind.JOINTS_TO_ACTUATORS,
     Kind.NUMERIC_INVERSE,
@@ -228,7 +245,8 @@ class Branches:
         rooms: How far outside its limits each joint of a valid solution may be.
         rigid: How far the columns of a target may be from those of a rotation.
         reads_attitude: Whether the rotation of a target is read.
-        redundancy: What is given besides the target: a joint, or the arm angle; empty where nothing is.
+        redundancy: What is given besides the target: a joint, several with commas between them, or the arm angle; empty
+            where nothing is.
     """
 
     family: str
@@ -240,6 +258,11 @@ class Branches:
     rigid: Allowance
     reads_attitude: bool
     redundancy: str = ""
+
+    @property
+    def given(self) -> int:
+        """How many numbers are given besides the target."""
+        return len(self.redundancy.split(",")) if self.redundancy else 0
 
 
 @dataclass(frozen=True, slots=True)

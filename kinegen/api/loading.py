@@ -15,7 +15,7 @@ from kinegen.errors import KinegenError, RobotFileError, printable, quote
 from kinegen.formats.format import Imported, ReadOptions, format_of
 from kinegen.formats.load import load_text, load_with_report
 from kinegen.robot.model import Robot as Model
-from kinegen.robot.redundancy import with_redundancy
+from kinegen.robot.redundancy import joined, with_redundancy
 
 Source = str | bytes | os.PathLike[str] | Mapping[str, object] | Model
 """What `load` takes: the path of a file, the text of one, a mapping with its keys, or a robot."""
@@ -36,7 +36,7 @@ def load(
     arguments: Mapping[str, object] | None = None,
     snap: float | None = None,
     table: str = "",
-    redundancy: str = "",
+    redundancy: str | Iterable[str] = "",
 ) -> Robot:
     """Read a robot from a file, a text or a mapping: kinegen YAML, URDF, xacro, MJCF, or a CSV table.
 
@@ -52,8 +52,8 @@ def load(
         arguments: Values of the arguments of a xacro file.
         snap: Angles within so many radians of a multiple of 15 degrees become that multiple; 0 keeps every digit.
         table: Convention, length unit and angle unit of a CSV table, such as `standard,mm,deg`.
-        redundancy: What the closed-form inverse of seven joints takes in addition to the pose: the name of a joint, or
-            `arm_angle`; what the file says if left out.
+        redundancy: What the closed-form inverse takes in addition to the pose: the name of a joint, names of several
+            joints in the order of their values, or `arm_angle`; what the file says if left out.
 
     Returns:
         The robot, validated; lengths in the unit of the file, angles in radians.
@@ -91,7 +91,7 @@ def load(
         arguments=tuple((name, str(value)) for name, value in (arguments or {}).items()),
         snap=snap,
         table=table,
-        redundancy=redundancy,
+        redundancy=redundancy if isinstance(redundancy, str) else joined(redundancy),
     )
     imported = _read(source, options)
     if imported.report.changed:

@@ -19,6 +19,7 @@ from kinegen.emit.c.numeric_inverse import emit_numeric_inverse, solver_context
 from kinegen.emit.environment import environment
 from kinegen.emit.fixed.kernel import FixedContext, emit_fixed, fixed_context
 from kinegen.emit.fixed.kernels import fixed_kernels
+from kinegen.emit.inverse import solved_chain
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.sincos import SINCOS
@@ -138,7 +139,7 @@ def write_measured(folder: Path, kernels: Kernels, real: str) -> Measured:
     kernel = printed(kernels, real)
     (entry,), (prototype,), (program,) = _entries(kernels, kernel, real), kernel.prototypes, kernels.programs
     is_inverse = program.quantity.kind is Kind.INVERSE
-    examples = _examples(reachable_poses(kernels.robot, starts=False, given=True), real) if is_inverse else ()
+    examples = _examples(reachable_poses(solved_chain(kernels), starts=False, given=True), real) if is_inverse else ()
     files = _write(folder, [kernel], _with_nothing(folder, entry, prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, entry.name, 8)
 
@@ -159,11 +160,11 @@ def write_nearest(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Seq
     if nearest is None:
         raise KinegenError(f"{kernels.robot.name} has no inverse to choose from")
     parameters = f"&{default_params(kernels.robot.name, real)}, " if nearest.params_type else ""
-    given = "q + 16, q + 17" if nearest.redundancy else "q + 16"
+    given = f"q + 16, q + {16 + nearest.given}" if nearest.given else "q + 16"
     call = f"(void){nearest.name}(q, {given}, {parameters}result)"
-    numbers = 16 + bool(nearest.redundancy) + dof
+    numbers = 16 + nearest.given + dof
     entry = TableEntry(nearest.name, "", call, numbers, dof, kernel.beyond)
-    examples = _examples(rows or reachable_poses(kernels.robot, starts=True, given=True), real)
+    examples = _examples(rows or reachable_poses(solved_chain(kernels), starts=True, given=True), real)
     files = _write(folder, [kernel], _with_nothing(folder, entry, nearest.prototype, kernel.header), examples)
     return Measured((*files, folder / "nothing.c"), 1, nearest.name, 8)
 

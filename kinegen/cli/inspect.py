@@ -62,7 +62,7 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
 
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
     if not robot.is_arm:
-        return [*lines, *_machine_lines(robot)]
+        return [*lines, *_machine_lines(robot), *_seen_lines(robot)]
     lines += _machine_lines(robot)
     lines = [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
     if not refusal(robot):
@@ -86,6 +86,24 @@ def _machine_lines(robot: Robot) -> list[str]:
             command = f"{_INDENT * 2}kinegen build --outputs axis_inverse{way}"
             lines += [*filled([text], _INDENT), command]
     return lines
+
+
+def _seen_lines(robot: Robot) -> list[str]:
+    """The pairs of tips between which the chain has a closed-form inverse."""
+    from kinegen.symbolic.inverse.recognise import Unknown, recognise
+    from kinegen.tables.seen import seen_chain
+
+    lines, reasons = list[str](), list[str]()
+    for tool, workpiece in permutations(robot.tips, 2):
+        found = recognise(seen_chain(robot, tool, workpiece))
+        if isinstance(found, Unknown):
+            reasons.append(f"{tool} in the frame of {workpiece}: {found.reasons[0]}")
+        else:
+            text = f"{tool} in the frame of {workpiece}: {'; '.join([found.name, *found.conditions])}"
+            command = f"{_INDENT * 2}kinegen build --outputs inverse@{tool}/{workpiece}"
+            lines += [*filled([text], _INDENT), command]
+    # Without a redundancy there is hardly a tree of which all joints between two tips are a family.
+    return lines or ([line for reason in reasons for line in filled([reason], _INDENT)] if robot.redundancy else [])
 
 
 def _family_lines(robot: Robot, family: Family) -> list[str]:

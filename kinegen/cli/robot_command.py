@@ -80,9 +80,9 @@ def _options() -> list[click.Parameter]:
         ),
         click.Option(
             ["--redundancy"],
-            metavar="JOINT",
+            metavar="JOINT,...",
             default="",
-            help="Joint whose value the inverse of seven joints is given in addition to the pose, or arm_angle.",
+            help="Joints whose values the inverse is given in addition to the pose, such as track,table; or arm_angle.",
         ),
     ]
 

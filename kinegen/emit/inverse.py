@@ -9,11 +9,26 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.outputs import Allowance, Branches, Kind
+from kinegen.robot.model import Robot
+from kinegen.tables.seen import chain_of
+
+
+def inverse_of(kernels: Kernels) -> tuple[Program, Branches] | None:
+    """The program of a robot's inverse and its branches, or None where there is no such kernel."""
+    found = ((program, program.signature.branches) for program in kernels.programs)
+    return next(((program, branches) for program, branches in found if branches), None)
+
+
+def solved_chain(kernels: Kernels) -> Robot:
+    """The chain for which the inverse is solved: the robot, or the way between two frames of a tree."""
+    found = inverse_of(kernels)
+    return kernels.robot if found is None else chain_of(kernels.robot, found[0].quantity)
 
 
 def branches_of(kernels: Kernels) -> Branches | None:
     """The branches of a robot's inverse, or None where there is no such kernel."""
-    return next((each.signature.branches for each in kernels.programs if each.signature.branches), None)
+    found = inverse_of(kernels)
+    return None if found is None else found[1]
 
 
 def allowed(allowance: Allowance, real: Real) -> float:

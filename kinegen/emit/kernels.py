@@ -11,7 +11,7 @@ from kinegen.emit.complete.screws import refusal, refused
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import PARTS, comment_text, companion
-from kinegen.outputs import Quantity
+from kinegen.outputs import Kind, Quantity
 from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
@@ -50,6 +50,10 @@ class Kernels:
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:
     """Refuse quantities whose functions would have one name, such as the pose of a frame called jacobian."""
+    inverses = [quantity for quantity in quantities if quantity.kind is Kind.INVERSE]
+    if len(inverses) > 1:
+        names = " and ".join(map(str, inverses[:2]))
+        raise KinegenError(f"outputs {names}: a build has one inverse; build them separately", robot.source)
     taken: dict[str, Quantity] = {}
     for quantity in quantities:
         for name in (quantity.function, *(companion(quantity.function, part) for part in PARTS)):

@@ -12,7 +12,7 @@ from fractions import Fraction
 from kinegen.emit.inverse import allowed
 from kinegen.emit.limits import LARGEST, joint_limits
 from kinegen.emit.reals import Real
-from kinegen.outputs import REDUNDANCY, Array, Branches, Kind, Quantity
+from kinegen.outputs import Array, Branches, Kind, Quantity, Signature
 from kinegen.robot.model import Robot
 
 NAME = f"{Quantity(Kind.INVERSE).function}_nearest"
@@ -40,11 +40,10 @@ class Turning:
     highest: float
 
 
-def nearest_signature(robot: Robot, branches: Branches) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Inputs and results of the function, as callers from Python see them."""
-    given = (REDUNDANCY,) if branches.redundancy else ()
-    inputs = Array("base_T_tool", (4, 4), is_pose=True), *given, Array("q0", (robot.dof,))
-    return inputs, (Array("q", (robot.dof,)), Array("exists", (), is_truth=True))
+def nearest_signature(inverse: Signature) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Inputs and results of the choice among the results of an inverse, as callers from Python see them."""
+    shape = (inverse.dof,)
+    return (*inverse.inputs, Array("q0", shape)), (Array("q", shape), Array("exists", (), is_truth=True))
 
 
 def turnings(robot: Robot, branches: Branches, real: Real) -> tuple[Turning, ...]:

@@ -211,8 +211,8 @@ def _input_names(robot: Robot, program: Program) -> Iterator[str]:
     for array in program.signature.inputs:
         if array.name == ACTUATORS:
             yield from (reading.name for reading in robot.actuators.readings)
-        elif array == REDUNDANCY:
-            yield robot.redundancy
+        elif array.name == REDUNDANCY.name:
+            yield from robot.given
         elif array.shape == (robot.dof,):
             yield from (variable.name for variable in robot.variables)
         else:

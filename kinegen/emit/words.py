@@ -48,7 +48,7 @@ _BRIEF: Mapping[Kind, str] = MappingProxyType(
     }
 )
 
-_NAMED_BASE = (Kind.POSE, Kind.POSITION, Kind.FK_JACOBIAN, Kind.FK_ACTUATORS, Kind.AXIS_INVERSE)
+_NAMED_BASE = (Kind.POSE, Kind.POSITION, Kind.FK_JACOBIAN, Kind.FK_ACTUATORS, Kind.AXIS_INVERSE, Kind.INVERSE)
 """Kinds whose sentence names the frame in which the result is."""
 
 _REFERENCE: Mapping[Reference, str] = MappingProxyType(
@@ -107,6 +107,8 @@ def brief(signature: Signature) -> str:
     elif any(array.per_frame for array in signature.results):
         frame, origin = "each tip", "the origin of each tip"
     base_frame = f"frame {quantity.seen_from}" if quantity.seen_from else "the base frame"
+    if quantity.kind is Kind.INVERSE and quantity.frame:
+        frame = f"{frame} in {base_frame}"
     reference = _REFERENCE[quantity.reference].format(base=base_frame if quantity.seen_from else "the base")
     text = _BRIEF[quantity.kind].format(frame=frame, origin=origin, reference=reference, base_frame=base_frame)
     if quantity.seen_from and quantity.kind not in _NAMED_BASE:
@@ -141,7 +143,7 @@ def input_text(array: Array) -> str:
     """What an input holds."""
     if "_z_" in array.name and array.shape == (3,):
         return "direction of the z axis, x, y, z, of any length"
-    return _INPUT.get(array.name) or result_text(array)
+    return array.words or _INPUT.get(array.name) or result_text(array)
 
 
 def result_text(array: Array) -> str:

@@ -33,8 +33,8 @@ class ReadOptions:
         snap: Angles within this distance in radians of a multiple of 15 degrees become that multiple. None goes by
             the printed digits alone; zero keeps every digit.
         table: Convention, length unit and angle unit of a CSV table, such as `standard,mm,deg`.
-        redundancy: What the inverse is given besides the pose, in any format: a joint, or `arm_angle`; what the file
-            says if it is empty.
+        redundancy: What the inverse is given besides the pose, in any format: joints with commas between them, or
+            `arm_angle`; what the file says if it is empty.
     """
 
     tips: tuple[str, ...] = ()

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from kinegen.emit.files import stamp_of
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.nearest import NAME, nearest_signature
 from kinegen.emit.reals import Real
@@ -39,8 +39,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         Function(program.quantity.function, program.signature.inputs, program.signature.results)
         for program in kernels.programs
     ]
-    if branches := branches_of(kernels):
-        functions.append(Function(NAME, *nearest_signature(robot, branches), returns_last=True))
+    if inverse := inverse_of(kernels):
+        functions.append(Function(NAME, *nearest_signature(inverse[0].signature), returns_last=True))
     return Interface(
         symbol=robot.name,
         functions=tuple(functions),

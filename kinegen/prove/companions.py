@@ -56,14 +56,14 @@ def nearest_driver(kernels: Kernels, real: Real, nearest: Nearest, files: dict[s
     """
     robot = kernels.robot
     parameters = [f"&{default_params(robot.name, real)}"] * bool(nearest.params_type)
-    given = ["redundancy"] * bool(nearest.redundancy)
-    call = f"{nearest.name}({', '.join(['base_T_tool', *given, 'q0', *parameters, 'q'])})"
+    given = ["redundancy"] * bool(nearest.given)
+    call = f"{nearest.name}({', '.join([nearest.target, *given, 'q0', *parameters, 'q'])})"
     lines = [
-        f"{real} base_T_tool[16];",
-        *(f"{real} {name}[1];" for name in given),
-        *(f"{name}[0] = any_number();" for name in given),
+        f"{real} {nearest.target}[16];",
+        *(f"{real} {name}[{nearest.given}];" for name in given),
+        *(f"redundancy[{index}] = any_number();" for index in range(nearest.given)),
         f"{real} q0[{nearest.dof}];",
-        *(f"base_T_tool[{index}] = any_number();" for index in range(16)),
+        *(f"{nearest.target}[{index}] = any_number();" for index in range(16)),
         *(f"q0[{index}] = any_number();" for index in range(robot.dof)),
         f"{real} q[{nearest.dof}];",
         f"const int exists = {call};",

@@ -10,7 +10,7 @@ kernel is held to this package, so it shares nothing with `symbolic/` and `ir/`.
     seen         a frame as seen from another one that moves too
     velocity     Jacobians, twists, accelerations, and derivatives by parameters
     orientation  quaternions, angles and rotation vectors
-    redundancy   the value of a joint, or the arm angle, that an inverse is given besides the pose
+    redundancy   the values of joints, or the arm angle, that an inverse is given besides the pose
     actuators    joints by readings of actuators; actuators_inverse leads back
 """
 

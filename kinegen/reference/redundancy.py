@@ -1,6 +1,6 @@
-"""What the inverse of seven joints is given besides the pose, from the joint vector of that pose.
+"""What an inverse is given besides the pose, from the joint vector of that pose.
 
-In: a robot with a redundancy, joint vectors. Out: the value of the joint, or the arm angle, read off the axes of the
+In: a robot with a redundancy, joint vectors. Out: the values of the joints, or the arm angle, read off the axes of the
 joints as they are there (Kreutz-Delgado, Long and Seraji, Kinematic analysis of 7-DOF manipulators, International
 Journal of Robotics Research 11(5), 1992): the angle about the line from the shoulder to the wrist, by the right-hand
 rule, from the half plane that contains the direction of axis 1 to the half plane that contains the elbow.
@@ -31,16 +31,18 @@ def redundancy(robot: Robot, q: ArrayLike, *, exact: bool = False) -> Numbers:
 
     Args:
         robot: A robot with a redundancy.
-        q: Joint vectors, shape (N, 7); radians and the file's length unit.
+        q: Joint vectors, shape (N, dof); radians and the file's length unit.
         exact: Whether to compute with `DIGITS` digits.
 
     Returns:
-        Values of the joint in its unit, or arm angles in radians from -pi to pi; shape (N,).
+        Values of the joint in its unit, or arm angles in radians from -pi to pi; shape (N,). Where several joints are
+        given, their values in the order of `robot.given`, shape (N, number of joints).
     """
     motion = Kinematics(robot, q, exact=exact)
-    for variable in robot.variables:
-        if variable.name == robot.redundancy:
-            return motion.q[:, variable.index]
+    places = {variable.name: variable.index for variable in robot.variables}
+    found = [motion.q[:, places[name]] for name in robot.given if name in places]
+    if found:
+        return found[0] if len(found) == 1 else np.stack(found, axis=1)
     if robot.redundancy != ARM_ANGLE:
         raise ValueError(f"{robot.name} has no redundancy")
     with mpmath.workdps(DIGITS):

@@ -209,7 +209,8 @@ class Robot:
         digest: Hash of the content that decides the output, as hexadecimal text.
         actuators: What drives the joints; empty where the file says nothing of it.
         version: As the file says, three numbers with dots; empty where it says nothing.
-        redundancy: What the inverse of seven joints is given besides the pose: a joint, or `ARM_ANGLE`; usually empty.
+        redundancy: What an inverse is given besides the pose: joints with commas between them, or `ARM_ANGLE`; usually
+            empty.
     """
 
     name: str
@@ -235,6 +236,11 @@ class Robot:
         Its minor number is from the digest, because a new minor number below 1.0 is an incompatible change.
         """
         return self.version or f"0.{int(self.digest[:6], 16)}.0"
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """The names in `redundancy`, in the order in which their values are given."""
+        return tuple(self.redundancy.split(",")) if self.redundancy else ()
 
     @property
     def dof(self) -> int:

@@ -18,6 +18,7 @@ from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
 from kinegen.outputs import Kind
 from kinegen.robot.model import Robot
+from kinegen.tables.seen import chain_of
 from kinegen.verify.beyond import beyond_limits
 from kinegen.verify.prepared import Ready, prepared
 from kinegen.verify.proof import held
@@ -101,8 +102,9 @@ def _points(robot: Robot, real: Real, count: int, generator: np.random.Generator
 def _inputs(robot: Robot, program: Program, points: FloatArray, real: Real, generator: np.random.Generator) -> Arrays:
     """The inputs of a function, some of them spoilt."""
     if program.quantity.kind is Kind.INVERSE:
-        given = [reference.pose(robot, points)[:, 0]]
-        given += [reference.redundancy(robot, points)] if robot.redundancy else []
+        chain = chain_of(robot, program.quantity)
+        given = [reference.pose(chain, points)[:, 0]]
+        given += [reference.redundancy(chain, points)] if robot.redundancy else []
     else:
         samples = input_samples(robot, program.signature.inputs, held(robot, program.quantity, points))
         given = [samples[array.name] for array in program.signature.inputs]

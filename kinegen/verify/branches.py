@@ -105,7 +105,7 @@ def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
     """
     zero = np.zeros((1, robot.dof))
     size = size_of(robot, family)
-    now, rest = (Lines(robot, each, size, is_reversed=family.is_reversed, held=family.held) for each in (q, zero))
+    now, rest = (Lines(robot, each, size, family.axes.numbers, is_reversed=family.is_reversed) for each in (q, zero))
     return dict(_signs(now, rest, family))
 
 
@@ -113,8 +113,8 @@ class Lines:
     """The axes of all joints: directions and points, in the base frame.
 
     Attributes:
-        directions: Unit vectors, shape (N, dof, 3), in the order of the chain.
-        points: A point of each axis, shape (N, dof, 3).
+        directions: Unit vectors, shape (N, joints, 3), in the order of the chain.
+        points: A point of each axis, shape (N, joints, 3).
         tool: Where the tool is, shape (N, 3).
         extent: The reach of the arm.
 
@@ -122,15 +122,16 @@ class Lines:
         robot: The robot.
         q: Joint vectors, shape (N, dof).
         extent: The reach of the arm.
+        numbers: The joints of the chain in its order, by their places in the joint vector from 1; others are left out.
         is_reversed: Whether the chain goes from the tool to the base.
-        held: A joint that is not in the chain.
     """
 
     def __init__(
-        self, robot: Robot, q: FloatArray, extent: float, *, is_reversed: bool = False, held: JointAxis | None = None
+        self, robot: Robot, q: FloatArray, extent: float, numbers: Sequence[int], *, is_reversed: bool = False
     ) -> None:
         jacobian = reference.Kinematics(robot, q).jacobian(TOOL)
         place = reference.pose(robot, q)[:, 0, :3, 3]
+        jacobian = jacobian[..., [number - 1 for number in numbers]]
         linear, angular = jacobian[:, :3].swapaxes(1, 2), jacobian[:, 3:].swapaxes(1, 2)
         rates = np.linalg.norm(angular, axis=2, keepdims=True)
         turns = rates > 0
@@ -141,12 +142,8 @@ class Lines:
         self.tool, self.extent = place, extent
         if is_reversed:
             # From the tool, a joint turns everything before it the other way.
-            self.directions, self.points = -self.directions[:, ::-1], self.points[:, ::-1]
-        numbers = [number for number in range(1, robot.dof + 1) if held is None or number != held.number]
-        self._numbers = numbers[::-1] if is_reversed else numbers
-        if held is not None:
-            own = [(robot.dof - number if is_reversed else number - 1) for number in self._numbers]
-            self.directions, self.points = self.directions[:, own], self.points[:, own]
+            self.directions = -self.directions
+        self._numbers = list(numbers)
 
     def direction(self, number: int) -> FloatArray:
         """Of an axis, by its place along the chain from 1."""
@@ -193,8 +190,8 @@ def _signs(now: Lines, zero: Lines, family: Family) -> Iterator[tuple[str, Float
             yield "shoulder", _turned(now, shoulder)
             yield "wrist", _turned(now, wrist)
         case FlatArm(turns):
-            first, second = turns[0].number, turns[1].number
-            carried = now.tool if len(turns) == 2 else now.points[:, turns[2].number - 1]
+            first, second = now.place(turns[0]), now.place(turns[1])
+            carried = now.tool if len(turns) == 2 else now.points[:, now.place(turns[2]) - 1]
             yield "elbow", _bent(now, first, second, carried, now.pointing(turns[0]))
         case TripleArm(wrist=wrist):
             other = 4 if wrist is None else 6

@@ -17,6 +17,7 @@ from kinegen.robot.model import JointType, Robot
 from kinegen.symbolic.inverse.derive import family_of, size_of
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.solve import reads_attitude
+from kinegen.tables.seen import chain_of
 from kinegen.verify.branches import Lines
 from kinegen.verify.samples import SEED
 from kinegen.verify.solved import random_joints
@@ -46,18 +47,16 @@ def refuse_the_impossible(robot: Robot, quantity: Quantity, ways: Sequence[Way],
     Raises:
         ProofError: Naming the way and the kind of target.
     """
-    q = random_joints(robot, TARGETS, SEED)
-    poses, size = reference.pose(robot, q)[:, 0], size_of(robot, family_of(robot))
-    outward = Lines(robot, q, size).from_axis(1, poses[:, :3, 3])
+    robot = chain_of(robot, quantity)
+    q, family = random_joints(robot, TARGETS, SEED), family_of(robot)
+    poses, size = reference.pose(robot, q)[:, 0], size_of(robot, family)
+    outward = Lines(robot, q, size, family.chain).from_axis(1, poses[:, :3, 3])
     kind = DTYPES[real]
     given = reference.redundancy(robot, q).astype(kind) if robot.redundancy else None
     besides = () if given is None else (given,)
-    kinds = [
-        (what, (targets.astype(kind), *besides))
-        for what, targets in _impossible(robot, family_of(robot), poses, outward)
-    ]
+    kinds = [(what, (targets.astype(kind), *besides)) for what, targets in _impossible(robot, family, poses, outward)]
     if given is not None:
-        kinds += [(what, (poses.astype(kind), np.full_like(given, value))) for what, value in _no_redundancy(robot)]
+        kinds += [(what, (poses.astype(kind), spoilt)) for what, spoilt in _no_redundancy(robot, given)]
     with np.errstate(all="ignore"):
         for way in ways:
             for what, targets in kinds:
@@ -66,16 +65,29 @@ def refuse_the_impossible(robot: Robot, quantity: Quantity, ways: Sequence[Way],
                     raise ProofError(f"{robot.name}: {way.target} {quantity} solves for targets {what}")
 
 
-def _no_redundancy(robot: Robot) -> Iterator[tuple[str, float]]:
-    """Values of a redundancy for which nothing is solved: no numbers, and those of a joint outside its limits."""
-    yield "with a redundancy of NaN", np.nan
-    yield "with an infinite redundancy", np.inf
-    yield "with an infinite redundancy", -np.inf
-    yield "with a redundancy beyond all angles", 1e9
-    for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True):
-        if variable.name == robot.redundancy and variable.limits:
-            yield "with a redundancy below its limit", low - _OUTSIDE * (high - low)
-            yield "with a redundancy above its limit", high + _OUTSIDE * (high - low)
+def _no_redundancy(robot: Robot, given: Any) -> Iterator[tuple[str, Any]]:
+    """Values of a redundancy for which nothing is solved: no numbers, and those of a joint outside its limits.
+
+    Args:
+        robot: The robot.
+        given: Values that are right, shape (N,), or (N, numbers) where several are given.
+
+    Yields:
+        What is wrong, and the values with one of them spoilt.
+    """
+    box = dict(zip((variable.name for variable in robot.variables), joint_box(robot), strict=True))
+    limited = {variable.name for variable in robot.variables if variable.limits}
+    for place, name in enumerate(robot.given):
+        wrong = [("of NaN", np.nan), ("that is infinite", np.inf), ("that is infinite", -np.inf), ("beyond all", 1e9)]
+        if name in limited:
+            low, high = box[name]
+            wrong.append(("below its limit", low - _OUTSIDE * (high - low)))
+            wrong.append(("above its limit", high + _OUTSIDE * (high - low)))
+        for what, value in wrong:
+            spoilt = given.copy()
+            spoilt.reshape(len(given), -1)[:, place] = value
+            of = f" of {name}" if len(robot.given) > 1 else ""
+            yield f"with a redundancy{of} {what}", spoilt
 
 
 def _impossible(

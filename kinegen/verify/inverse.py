@@ -21,9 +21,11 @@ from kinegen.symbolic.inverse.derive import family_of, singular_below, size_of
 from kinegen.symbolic.inverse.family import Aim, Family
 from kinegen.symbolic.inverse.refine import RESIDUAL
 from kinegen.symbolic.inverse.thresholds import thresholds_of
+from kinegen.tables.seen import chain_of
 from kinegen.verify.branches import require_names
 from kinegen.verify.impossible import refuse_the_impossible, unchecked
 from kinegen.verify.nearest import require_nearest
+from kinegen.verify.seen import require_same_way
 from kinegen.verify.solved import AT_LIMITS, Led, SolvedTargets, lead_back, targets_of
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
 
@@ -107,12 +109,12 @@ def try_inverse(
             breaks a limit or stands in a branch of another name, if a target that is not a pose or out of reach is said
             to be solved, or if `nearest=` gives another solution than the nearest.
     """
-    ways = ways_to_call(package, quantity, real, parameters)
+    ways, chain = ways_to_call(package, quantity, real, parameters), chain_of(robot, quantity)
     most = TARGETS if real == "double" and parameters is None else FEWER
     with unchecked(sys.modules[f"{package.__name__}._inverse"]):
         refuse_the_impossible(robot, quantity, ways, real)
     trials = try_ways(robot, quantity, ways, real, package.BRANCHES, most)
-    require_nearest(robot, family_of(robot), package, quantity, real, _rooms(robot, real), parameters)
+    require_nearest(chain, family_of(chain), package, quantity, real, _rooms(chain, real), parameters)
     return trials
 
 
@@ -135,6 +137,8 @@ def try_ways(
     Raises:
         ProofError: As `try_inverse`, but for `nearest=` and targets that are impossible.
     """
+    require_same_way(robot, quantity)
+    robot = chain_of(robot, quantity)
     family = family_of(robot)
     tester = _Tester(robot, tuple(names), quantity, family, real, _rooms(robot, real))
     first = next((way for way in ways if "batch" in way.target), ways[-1])
@@ -280,7 +284,8 @@ class _Tester:
     def _are_singular(self, q: FloatArray) -> Truths:
         rows = 6 if self.family.aim is Aim.POSE else 3
         weights = np.array([1 / size_of(self.robot, self.family)] * 3 + [1.0] * 3)[:rows, None]
-        jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows] * weights
+        solved = sorted(number - 1 for number in self.family.axes.numbers)
+        jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows, solved] * weights
         singular: Truths = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < max(
             SINGULAR, singular_below(self.robot, self.family)
         )

@@ -16,6 +16,7 @@ from kinegen.errors import ProofError
 from kinegen.ir.program import Program
 from kinegen.outputs import INVERSES, Kind, Quantity
 from kinegen.robot.model import Robot
+from kinegen.tables.seen import chain_of
 from kinegen.verify.beyond import beyond_limits
 from kinegen.verify.compared import Store
 from kinegen.verify.comparison import Comparison
@@ -113,8 +114,9 @@ class Judged:
         """Inputs of a kernel at which its bits are compared."""
         robot, quantity = self._robot, program.quantity
         if quantity.kind is Kind.INVERSE:
-            given = (reference.redundancy(robot, samples),) if robot.redundancy else ()
-            poses = reference.pose(robot, samples)[:, 0]
+            chain = chain_of(robot, quantity)
+            given = (reference.redundancy(chain, samples),) if robot.redundancy else ()
+            poses = reference.pose(chain, samples)[:, 0]
             return tuple(each.astype(DTYPES[self._real]) for each in (poses, *given))
         if quantity.kind is Kind.AXIS_INVERSE:
             return machine_inputs(robot, quantity, self._real, samples)
@@ -128,15 +130,17 @@ class Judged:
             usual = [samples, beyond_limits(robot, self._real), np.repeat(_SPOILT, robot.dof, axis=1)]
             joints = np.concatenate([each.astype(dtype) for each in (*usual, _at_limits(robot, self._real))])
             given = {name: ((joints.astype(dtype),), [name]) for name in (WITHIN, CLAMP)}
-        if any(quantity.kind is Kind.INVERSE for quantity in self._programs):
-            poses = reference.pose(robot, samples)[:, 0]
+        inverse = next((quantity for quantity in self._programs if quantity.kind is Kind.INVERSE), None)
+        if inverse is not None:
+            chain = chain_of(robot, inverse)
+            poses = reference.pose(chain, samples)[:, 0]
             turns = 2 * np.pi * np.random.default_rng(SEED).integers(-2, 3, samples.shape)
             near = np.concatenate([samples[::-1] + turns, np.repeat(_SPOILT, robot.dof, axis=1)])
             poses = np.concatenate([poses, np.repeat(poses[:1], len(_SPOILT), axis=0)])
             targets = [poses]
             if robot.redundancy:
-                values = reference.redundancy(robot, samples)
-                targets.append(np.concatenate([values, np.repeat(values[:1], len(_SPOILT))]))
+                values = reference.redundancy(chain, samples)
+                targets.append(np.concatenate([values, np.repeat(values[:1], len(_SPOILT), axis=0)]))
             given[NEAREST] = tuple(each.astype(dtype) for each in (*targets, near)), ["q", "exists"]
         return given
 

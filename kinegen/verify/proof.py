@@ -18,6 +18,7 @@ from kinegen.outputs import COMPLETE_INVERSE, INVERSES, NUMERIC_INVERSE, SOLVERS
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.inverse.derive import family_of, size_of
+from kinegen.tables.seen import chain_of
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.compared import Judge, Store, compare
@@ -158,7 +159,8 @@ def _complete_comparison(completed: Completed) -> Comparison:
 
 def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
     """What a trial of an inverse comes to."""
-    size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(robot, family_of(robot))
+    chain = chain_of(robot, quantity)
+    size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(chain, family_of(chain))
     return Comparison(
         target=f"{trial.target}, there and back",
         quantity=quantity,

@@ -17,6 +17,7 @@ from kinegen.errors import ProofError
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import Robot
+from kinegen.tables.seen import chain_of
 from kinegen.verify.moved import parameter_sets
 from kinegen.verify.samples import SEED
 from kinegen.verify.search import in_numpy
@@ -82,6 +83,7 @@ def require_varied_inverse(robot: Robot, make: Any, quantity: Quantity, way: Way
     Raises:
         ProofError: Naming the first call that gives something else, or if one of the sets has no solution at all.
     """
+    robot = chain_of(robot, quantity)
     q, poses = _targets(robot, TARGETS, real)
     sets = parameter_sets(robot)
     given = [reference.redundancy(robot, q.astype(np.float64)).astype(q.dtype)] if robot.redundancy else []

@@ -15,6 +15,7 @@ import numpy as np
 
 from kinegen.emit.accuracy import NUMBER_TYPES
 from kinegen.emit.c.expected import Expected, Vectors
+from kinegen.emit.inverse import solved_chain
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
@@ -78,7 +79,8 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     inputs = {name: _rows(value) for name, value in values.items()}
     has_inverse = any(program.quantity.kind is Kind.INVERSE for program in kernels.programs)
     has_targets = kernels.numeric_inverse or has_inverse
-    targets = _targets(robot) if has_targets else ()
+    chain = solved_chain(kernels)
+    targets = _targets(chain) if has_targets else ()
     expected = {
         program.quantity: vector_results(known, program.signature, spreads[program.quantity]) for program in safe
     }
@@ -87,7 +89,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
         expected=expected,
         pairs=vector_pairs(programs, {name: _rows(_upper(given[name], values[name])) for name in values}, parameters),
         targets=targets,
-        given=_given(robot, targets) if robot.redundancy and has_inverse else (),
+        given=_given(chain, targets) if robot.redundancy and has_inverse else (),
     )
 
 
@@ -136,10 +138,11 @@ def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
         return tuple(zip(*map(_rows, inverse_targets(robot)), strict=True))
 
 
-def _given(robot: Robot, targets: tuple[tuple[Row, Row], ...]) -> Row:
+def _given(robot: Robot, targets: tuple[tuple[Row, Row], ...]) -> tuple[Row, ...]:
     """What an inverse is given besides each target."""
     joints = np.array([[float(entry) for entry in row] for _, row in targets])  # multiples of one part of a power of 2
-    return tuple(map(_fraction, redundancy(robot, joints, exact=True)))
+    values = redundancy(robot, joints, exact=True)
+    return _rows(values.reshape(len(values), -1))
 
 
 def _speeds(robot: Robot, name: str) -> FloatArray:

@@ -12,7 +12,7 @@ from kinegen.emit.c.accepted import accepted_differences
 from kinegen.emit.c.expected import NOTHING, Row, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import branches_of, inverse_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
@@ -41,8 +41,14 @@ def selftest_files(kernels: Kernels, reals: tuple[Real, ...]) -> dict[str, str]:
     }
     robot = kernels.robot
     template = environment().get_template("wheel/__main__.py.jinja")
+    inverse = inverse_of(kernels)
     return {
-        "__main__.py": template.render(name=robot.name, provenance=provenance(robot)),
+        "__main__.py": template.render(
+            name=robot.name,
+            provenance=provenance(robot),
+            inverse=inverse[0].quantity.function if inverse else "inverse",
+            given=len(robot.given),
+        ),
         "_selftest.json": json.dumps(document, allow_nan=False, separators=(",", ":")) + "\n",
     }
 
@@ -77,7 +83,7 @@ def _inverse(kernels: Kernels, vectors: Vectors, reals: tuple[Real, ...]) -> dic
         return None
     return {
         "targets": _floats([pose for pose, _ in vectors.targets]),
-        "given": _floats([(value,) for value in vectors.given]),
+        "given": _floats(vectors.given),
         "joints": _floats([joints for _, joints in vectors.targets]),
         "turns": [0.0 if math.isinf(turn) else float(turn) for turn in branches.turns],
         "extents": [reach(robot) if math.isinf(turn) else 1.0 for turn in branches.turns],

@@ -59,6 +59,31 @@ REDUNDANT = {
     "arm on a table": ("j1", ["R c . 50", "R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 0"]),
     "turning tool": ("j7", ["R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 30", "R c . 20"]),
     "sliding tool": ("j7", ["R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 30", "P 0 . 0"]),
+    "UR on a rail, turning tool": (
+        "[j8, j1]",
+        ["P 0 . 90", "R 0 a 90", "R -b 0 0", "R -c 0 0", "R 0 d 90", "R 0 a -90", "R 0 c 70", "R d . 0"],
+    ),
+    "table, rail and arm": (
+        "[j1, j2]",
+        ["R c . 50", "P a . 70", "R c . -90", "R a . 0", "R b 0 90", "R 0 d -90", "R 0 0 90", "R 0 d 0"],
+    ),
+    "spherical shoulder on a table": (
+        "[j8, j1, j9]",
+        [
+            "R c . 50",
+            "R 0 . -90",
+            "R 0 0 90",
+            "R 0 b 90",
+            "R a 0 0",
+            "R b . 60",
+            "R 0 c 0",
+            "P a . 70",
+            "R c . 20",
+        ],
+    ),
+    "AL5D on a rail": ("j1", ["P 0 . 90", "R 0 . 90", "R a 0 0", "R b 0 0", "R 0 0 90", "R 0 c 0"]),
+    "table and elbow arm": ("[j2, j1]", ["R c . 50", "P a . 70", "R 0 . 90", "R a . 0", "R b . 0"]),
+    "planar 3R on a table": ("[j1, j5]", ["R c . 50", "R a . 0", "R b . 0", "R c . 0", "P 0 . 30"]),
     "S-R-S, joint 1": ("j1", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
     "S-R-S, joint 7": ("j7", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
     "S-R-S": ("arm_angle", ["R 0 . -90", "R 0 0 90", "R 0 b 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 c 0"]),
@@ -71,7 +96,7 @@ REDUNDANT = {
         ["R 0 . 90", "R 0 0 -90", "R 0 a -90", "R 0 0 90", "R 0 a 90", "R 0 0 -90", "R c . 0"],
     ),
 }
-"""Arms of seven joints: what is given besides the pose, and the rows."""
+"""Arms with more joints than a family has: what is given besides the pose, and the rows."""
 
 LENGTHS = {"a": 0.43, "b": 0.37, "c": 0.11, "d": 0.29}
 
@@ -149,10 +174,10 @@ def arm_of(robot: Robot) -> Arm:
 def evaluate(arm: Arm, poses: Floats, given: Floats | None = None) -> tuple[Floats, Floats]:
     """All solutions for poses (N, 4, 4): joint vectors (N, branches, dof), and which hold (N, branches).
 
-    All is computed in the number type of the poses; `given` (N,) is what the inverse is given besides.
+    All is computed in the number type of the poses; `given` (N,) or (N, numbers) is what the inverse is given besides.
     """
     program, known, kind = arm.program, dict[str, Floats](), poses.dtype
-    entries = [*poses[:, :3].reshape(len(poses), 12).T, *([] if given is None else [given])]
+    entries = [*poses[:, :3].reshape(len(poses), 12).T, *([] if given is None else given.reshape(len(given), -1).T)]
 
     def value(operand: Operand) -> Floats:
         match operand:

@@ -122,7 +122,10 @@ def test_the_option_is_the_key(capsys: pytest.CaptureFixture[str]) -> None:
         assert main(["inspect", str(ROBOTS / words[0]), *words[1:]]) == 0
         assert "with spherical shoulder, joint_7 given\n" in capsys.readouterr().out
     assert main(["inspect", str(ROBOTS / "ur5.yaml"), "--redundancy", "wrist"]) == 1
-    assert capsys.readouterr().err.endswith("redundancy: the robot has 6 joint variables, expected 7\n")
+    assert "redundancy: there is no joint 'wrist' (expected base_turn, " in capsys.readouterr().err
+    assert main(["inspect", str(ROBOTS / "ur5.yaml"), "--redundancy", "arm_angle"]) == 1
+    message = "redundancy: the robot has 6 joint variables, expected 7 for arm_angle\n"
+    assert capsys.readouterr().err.endswith(message)
     assert main(["inspect", str(ROBOTS / "panda.yaml")]) == 0
     assert "  Seven joints: --redundancy NAME" in capsys.readouterr().out
 

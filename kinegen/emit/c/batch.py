@@ -19,7 +19,7 @@ from kinegen.emit.c.pieces import Pieces, pieces
 from kinegen.emit.c.syntax import c_printer
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import function_templates, needs_bits
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.nearest import nearest_signature
 from kinegen.emit.reals import Real
@@ -182,10 +182,10 @@ def emit_batch(kernels: Kernels, real: Real, *, turns_numbers: bool = False) -> 
         The header and the source, by file name.
     """
     robot, bits = kernels.robot, "f64" if real is Real.DOUBLE else "f32"
-    kernel, branches = kernel_context(kernels, real), branches_of(kernels)
+    kernel, inverse = kernel_context(kernels, real), inverse_of(kernels)
     near: tuple[str, ...] = ()
-    if kernel.nearest and branches:
-        near = batch_arguments(*nearest_signature(robot, branches), real, kernel.nearest.params_type)
+    if kernel.nearest and inverse:
+        near = batch_arguments(*nearest_signature(inverse[0].signature), real, kernel.nearest.params_type)
     header = c_file(robot.name, "h", real, batch=True)
     functions = tuple(_function(kernels, program, real) for program in kernels.programs)
     tiles = tuple(_tiles(functions, real))

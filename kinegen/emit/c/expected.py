@@ -43,14 +43,14 @@ class Vectors:
         expected: For each quantity its results in order.
         pairs: Angles that the kernels take, which floats hold exactly, each with its sine and cosine.
         targets: Poses that an inverse has to solve, each with the joint vector that it comes from; none without one.
-        given: What it is given besides, for each target; none where there is no redundancy.
+        given: What it is given besides, a row for each target; none where there is no redundancy.
     """
 
     inputs: Mapping[str, tuple[Row, ...]]
     expected: Mapping[Quantity, tuple[Expected, ...]]
     pairs: tuple[tuple[Fraction, Fraction, Fraction], ...]
     targets: tuple[tuple[Row, Row], ...]
-    given: Row = ()
+    given: tuple[Row, ...] = ()
 
 
 def whole(array: Array, row: Sequence[Fraction], last: Row = LAST_ROW) -> Row:

@@ -9,13 +9,13 @@ from fractions import Fraction
 
 from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.functions import LINE
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.limits import LARGEST
 from kinegen.emit.nearest import FARTHEST_STROKE, MOST_TURNS, NAME, Turning, turnings
 from kinegen.emit.reals import Real
 from kinegen.naming import function, macro, params_type, prefix
-from kinegen.outputs import Branches, Kind
+from kinegen.outputs import Branches
 from kinegen.robot.model import Robot
 
 _ROUNDING = {Real.DOUBLE: Fraction(3 * 2**51), Real.FLOAT: Fraction(3 * 2**22)}
@@ -44,11 +44,13 @@ class Nearest:
         prototype: Its declaration.
         declaration: The same in lines.
         inverse: C name of the function that gives all solutions.
+        plain: Its name without the prefix of the robot, as other languages have it.
+        target: Name of the pose.
         turned: C name of the function that adds whole turns; empty where no joint turns.
         dof: Macro of the number of joints.
         branches: Macro of the number of solutions.
         params_type: Type of the runtime parameters; empty where there are none.
-        redundancy: What is given besides the target; empty where nothing is.
+        given: How many numbers are given besides the target.
         joints: The joints.
         last: Index of the last one.
         rounding: What is added and subtracted to round to a whole number.
@@ -62,11 +64,13 @@ class Nearest:
     prototype: str
     declaration: tuple[str, ...]
     inverse: str
+    plain: str
+    target: str
     turned: str
     dof: str
     branches: str
     params_type: str
-    redundancy: str
+    given: int
     joints: tuple[NearestJoint, ...]
     last: int
     rounding: str
@@ -78,14 +82,15 @@ class Nearest:
 
 def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
     """What the templates lay out; None where there is no closed-form inverse."""
-    robot, branches = kernels.robot, branches_of(kernels)
-    if branches is None:
+    found = inverse_of(kernels)
+    if found is None:
         return None
+    (inverse, branches), robot = found, kernels.robot
     stem, dof = prefix(robot.name, real), macro(robot.name, "DOF")
     name, params = function(robot.name, NAME, real), params_type(robot.name, real) if robot.runtime_parameters else ""
     arguments = [
-        f"const {real} base_T_tool[16]",
-        *[f"const {real} redundancy[1]"] * bool(branches.redundancy),
+        f"const {real} {inverse.signature.inputs[0].name}[16]",
+        *[f"const {real} redundancy[{branches.given}]"] * bool(branches.given),
         f"const {real} q0[{dof}]",
         *[f"const {params} *params"] * bool(params),
     ]
@@ -94,12 +99,14 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
         name=name,
         prototype=prototype,
         declaration=wrapped_prototype(prototype),
-        inverse=function(robot.name, Kind.INVERSE, real),
+        inverse=function(robot.name, inverse.quantity.function, real),
+        plain=inverse.quantity.function,
+        target=inverse.signature.inputs[0].name,
         turned=f"{stem}_turned" if any(map(math.isfinite, branches.turns)) else "",
         dof=dof,
         branches=macro(robot.name, "BRANCHES"),
         params_type=params,
-        redundancy=branches.redundancy,
+        given=branches.given,
         joints=tuple(_joint(index, each, real) for index, each in enumerate(turnings(robot, branches, real))),
         last=robot.dof - 1,
         rounding=real.literal(_ROUNDING[real]),

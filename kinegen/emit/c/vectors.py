@@ -15,7 +15,7 @@ from kinegen.emit.c.arguments import computed, declared, given
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import macros
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.limits import LARGEST
 from kinegen.emit.nearest import NAME as NEAREST
@@ -106,6 +106,7 @@ class InverseCheck:
     poses: tuple[str, ...]
     joints: tuple[str, ...]
     given: tuple[str, ...]
+    given_count: int
     turns: str
     extents: str
     call: str
@@ -213,14 +214,15 @@ def _inputs(kernels: Kernels, checked: list[Program], vectors: Vectors, real: Re
 
 
 def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseCheck | None:
-    branches = branches_of(kernels)
-    if branches is None:
+    found = inverse_of(kernels)
+    if found is None:
         return None
+    inverse, branches = found
     robot = kernels.robot
-    stem, name = prefix(robot.name, real), function(robot.name, Kind.INVERSE, real)
+    stem, name = prefix(robot.name, real), function(robot.name, inverse.quantity.function, real)
     choice = function(robot.name, NEAREST, real)
     extents = [Fraction(reach(robot) if math.isinf(turn) else 1) for turn in branches.turns]
-    given_values = ["pose", *["redundancy"] * bool(branches.redundancy)]
+    given_values = ["pose", *["redundancy"] * bool(branches.given)]
     return InverseCheck(
         function=name,
         count_macro=macro(stem, "TARGETS"),
@@ -231,7 +233,8 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         branches=macro(robot.name, "BRANCHES"),
         poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
-        given=tuple(real.literal(value) for value in vectors.given),
+        given=tuple(_given(row, real) for row in vectors.given),
+        given_count=branches.given,
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
         call=f"{name}({', '.join([*given_values, *_parameters(kernels, real), 'solutions', 'valid'])})",
@@ -239,6 +242,11 @@ def _inverse_check(kernels: Kernels, vectors: Vectors, real: Real) -> InverseChe
         choice_call=f"{choice}({', '.join([*given_values, 'wanted', *_parameters(kernels, real), 'chosen'])})",
         too_far=real.literal(LARGEST[real]),
     )
+
+
+def _given(row: Sequence[Fraction], real: Real) -> str:
+    """What is given besides a target: a number, or a row of numbers."""
+    return real.literal(row[0]) if len(row) == 1 else _row(row, real)
 
 
 def _check(kernels: Kernels, program: Program, vectors: Vectors, real: Real) -> VectorCheck:

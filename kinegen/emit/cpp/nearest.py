@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from kinegen.emit.cpp.syntax import number
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.limits import LARGEST
 from kinegen.emit.nearest import FARTHEST_STROKE, MOST_TURNS, turnings
@@ -27,7 +27,9 @@ class Nearest:
         rounding: What is added and subtracted to round to a whole number.
         largest: The largest number.
         far: From where on a joint value is near to nothing, in words.
-        redundancy: What is given besides the target; empty where nothing is.
+        inverse: Name of the function that gives all solutions.
+        target: Name of the pose.
+        given: How many numbers are given besides the target.
     """
 
     joints: tuple[tuple[str, str, str, str, str], ...]
@@ -35,14 +37,17 @@ class Nearest:
     rounding: str
     largest: str
     far: str
-    redundancy: str
+    inverse: str
+    target: str
+    given: int
 
 
 def nearest_of(kernels: Kernels) -> Nearest | None:
     """What the templates lay out; None where there is no closed-form inverse."""
-    branches = branches_of(kernels)
-    if branches is None:
+    found = inverse_of(kernels)
+    if found is None:
         return None
+    inverse, branches = found
     both = zip(*(turnings(kernels.robot, branches, real) for real in Real), strict=True)
     joints = []
     for double, single in both:
@@ -66,5 +71,7 @@ def nearest_of(kernels: Kernels) -> Nearest | None:
         rounding=number(*_ROUNDING),
         largest=number(LARGEST[Real.DOUBLE], LARGEST[Real.FLOAT]),
         far=" or ".join(far_words),
-        redundancy=branches.redundancy,
+        inverse=inverse.quantity.function,
+        target=inverse.signature.inputs[0].name,
+        given=branches.given,
     )

@@ -12,7 +12,7 @@ from kinegen.emit.c.expected import NOTHING, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.cpp.functions import Function, function_of
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
@@ -55,6 +55,8 @@ class Targets:
     poses: tuple[str, ...]
     joints: tuple[str, ...]
     given: tuple[str, ...]
+    given_count: int
+    inverse: str
     turns: str
     extents: str
     tolerance: str
@@ -130,14 +132,17 @@ def _row(entries: Sequence[Fraction], real: Real) -> str:
 
 
 def _targets(kernels: Kernels, vectors: Vectors, real: Real) -> Targets | None:
-    branches, robot = branches_of(kernels), kernels.robot
-    if branches is None:
+    found = inverse_of(kernels)
+    if found is None:
         return None
+    (inverse, branches), robot = found, kernels.robot
     extents = [Fraction(reach(robot) if math.isinf(turn) else 1) for turn in branches.turns]
     return Targets(
         poses=tuple(_row(pose, real) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
-        given=tuple(real.literal(value) for value in vectors.given),
+        given=tuple(_row(row, real) for row in vectors.given),
+        given_count=branches.given,
+        inverse=inverse.quantity.function,
         turns=_row([Fraction(0 if math.isinf(turn) else turn) for turn in branches.turns], real),
         extents=_row(extents, real),
         tolerance=real.literal(INVERSE_TOLERANCES[real]),

@@ -6,11 +6,12 @@ import textwrap
 from dataclasses import dataclass
 
 from kinegen.emit.c.nearest import Nearest, NearestJoint, nearest_of
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.matlab.syntax import CLASS, WIDTH, matlab_text, number
 from kinegen.emit.nearest import MOST_TURNS
 from kinegen.emit.reals import Real
+from kinegen.outputs import Array
 
 _CHOICE = (
     "The nearest is the one with the least sum of squared differences to q0, joint by joint. Joints that turn first "
@@ -59,31 +60,46 @@ class Choice:
         branches: Number of branches.
         types: The choice in each number type.
         turned: Whether any joint turns.
-        redundancy: What is given besides the target; empty where nothing is.
+        inverse: Name of the function that gives all solutions.
+        target: Name of the pose.
+        words: What the pose is.
+        given: How many numbers are given besides the target.
     """
 
     lines: tuple[str, ...]
     branches: int
     types: tuple[Choosing, ...]
     turned: bool
-    redundancy: str
+    inverse: str
+    target: str
+    words: str
+    given: int
 
 
 def choice_of(kernels: Kernels) -> Choice | None:
     """What the template lays out; None where there is no closed-form inverse."""
-    branches = branches_of(kernels)
+    solved = inverse_of(kernels)
     found = [(real, nearest_of(kernels, real)) for real in Real]
     types = tuple(_choosing(real, each) for real, each in found if each is not None)
-    if branches is None or not types:
+    if solved is None or not types:
         return None
+    inverse, branches = solved
     text = _CHOICE.format(double=MOST_TURNS[Real.DOUBLE], single=MOST_TURNS[Real.FLOAT])
     return Choice(
         lines=tuple(textwrap.wrap(matlab_text(text), WIDTH, break_on_hyphens=False)),
         branches=len(branches.names),
         types=types,
         turned=any(joint.turns for joint in types[0].joints),
-        redundancy=branches.redundancy,
+        inverse=inverse.quantity.function,
+        target=inverse.signature.inputs[0].name,
+        words=_target_words(inverse.signature.inputs[0]),
+        given=branches.given,
     )
+
+
+def _target_words(target: Array) -> str:
+    """What the pose is, without the layout of other languages."""
+    return target.words.partition(",")[0] or "pose of the tool in the base frame"
 
 
 def _choosing(real: Real, found: Nearest) -> Choosing:

@@ -127,7 +127,7 @@ def _targets(kernels: Kernels, vectors: Vectors) -> Targets:
     pose = Array("base_T_tool", (4, 4), is_pose=True)
     return Targets(
         poses=tuple(_row(in_columns(pose, row)) for row, _ in vectors.targets),
-        given=_row(vectors.given),
+        given="; ".join(map(_row, zip(*vectors.given, strict=True))),
         joints=tuple(_row(joints) for _, joints in vectors.targets),
         double=double,
         single=single,

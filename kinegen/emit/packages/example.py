@@ -150,8 +150,8 @@ def _input(kernels: Kernels, vectors: Vectors, program: Program, array: Array, r
     """Values away from zero, so that results show something; poses are such that arms reach them."""
     if array.name == "q":
         lines = tuple(_joints(kernels.robot, joint_vector(kernels.robot), real))
-    elif array == REDUNDANCY:
-        lines = (_line(vectors.given[:1], real, last=True),)
+    elif array.name == REDUNDANCY.name:
+        lines = (_line(vectors.given[0], real, last=True),)
     elif program.quantity.kind is Kind.INVERSE:
         lines = tuple(_matrix(vectors.targets[0][0], real))
     else:

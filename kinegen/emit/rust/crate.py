@@ -214,13 +214,14 @@ def _nearest(kernels: Kernels, real: Real) -> Nearest | None:
     )
     numbers = {name: getattr(found, name).removesuffix("F") for name in ("rounding", "largest", "zero", "one")}
     lines = textwrap.wrap(escaped(_CHOICE.format(turns=MOST_TURNS[real])), LINE, break_on_hyphens=False)
-    return replace(found, joints=joints, lines=tuple(lines), declaration=_choice_signature(kernels, real), **numbers)
+    declaration = _choice_signature(kernels, real, found)
+    return replace(found, joints=joints, lines=tuple(lines), declaration=declaration, **numbers)
 
 
-def _choice_signature(kernels: Kernels, real: Real) -> tuple[str, ...]:
+def _choice_signature(kernels: Kernels, real: Real, found: Nearest) -> tuple[str, ...]:
     number = NUMBER[real]
-    arguments = [f"base_T_tool: &[[{number}; 4]; 4]"]
-    arguments += [f"redundancy: &[{number}; 1]"] * bool(kernels.robot.redundancy)
+    arguments = [f"{found.target}: &[[{number}; 4]; 4]"]
+    arguments += [f"redundancy: &[{number}; {found.given}]"] * bool(found.given)
     arguments += [f"q0: &[{number}; DOF]"]
     arguments += ["params: &Params"] * bool(kernels.robot.runtime_parameters)
     return signature_lines(NEAREST, arguments, f"Option<[{number}; DOF]>")

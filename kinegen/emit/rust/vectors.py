@@ -11,7 +11,7 @@ from kinegen.emit.c.accepted import accepted_differences
 from kinegen.emit.c.expected import NOTHING, Vectors, whole
 from kinegen.emit.c.vectors import INVERSE_TOLERANCES
 from kinegen.emit.environment import environment
-from kinegen.emit.inverse import branches_of
+from kinegen.emit.inverse import inverse_of
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.emit.rust.functions import escaped, type_of
@@ -56,6 +56,8 @@ class Targets:
     poses: tuple[str, ...]
     joints: tuple[str, ...]
     given: tuple[str, ...]
+    given_count: int
+    inverse: str
     turns: str
     extents: str
     tolerance: str
@@ -142,13 +144,16 @@ def _row(entries: Sequence[Fraction], real: Real) -> str:
 
 
 def _targets(kernels: Kernels, vectors: Vectors, real: Real) -> Targets:
-    branches, robot = branches_of(kernels), kernels.robot
+    solved, robot = inverse_of(kernels), kernels.robot
+    branches = solved[1] if solved else None
     whole = branches.turns if branches else ()
     turns = [Fraction(0 if math.isinf(turn) else turn) for turn in whole]
     return Targets(
         poses=tuple(nested([literal(real, each) for each in pose], (4, 4)) for pose, _ in vectors.targets),
         joints=tuple(_row(joints, real) for _, joints in vectors.targets),
-        given=tuple(literal(real, value) for value in vectors.given),
+        given=tuple(_row(row, real) for row in vectors.given),
+        given_count=branches.given if branches else 0,
+        inverse=solved[0].quantity.function if solved else "",
         turns=_row(turns, real) if branches else "",
         extents=_row([Fraction(reach(robot) if math.isinf(turn) else 1) for turn in whole], real),
         tolerance=literal(real, INVERSE_TOLERANCES[real]),

@@ -38,7 +38,7 @@ TOP = {
     "tool": "Fixed transform from the last row to the tool frame.",
     "frames": "Further named frames, each fixed to another one.",
     "actuators": "The motors, and how the joints follow from what they read.",
-    "redundancy": "What the inverse of seven joints is given in addition to the pose: a joint or arm_angle.",
+    "redundancy": "What the inverse is given in addition to the pose: a joint, a list of joints, or arm_angle.",
 }
 TOP_REQUIRED = {
     "kinegen": "kinegen: 1",

@@ -10,12 +10,13 @@ from kinegen.formats.messages import accept_name, fail, within
 from kinegen.formats.yaml import keys
 from kinegen.formats.yaml.actuators.read import RawActuators, read_actuators
 from kinegen.formats.yaml.frames import read_fixed, read_frames
-from kinegen.formats.yaml.nodes import choice, mapping, word
+from kinegen.formats.yaml.nodes import choice, items, mapping, word
 from kinegen.formats.yaml.parameters import RawParameter, read_parameters
 from kinegen.formats.yaml.rows import read_rows
 from kinegen.formats.yaml.slots import RawFrame, RawRow
-from kinegen.formats.yaml.tree import Mapping, Node
+from kinegen.formats.yaml.tree import Mapping, Node, Sequence
 from kinegen.robot.model import BASE, TOOL, Convention, Units
+from kinegen.robot.redundancy import joined
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +42,11 @@ class RawRedundancy:
     """What the inverse is given besides the pose, as written.
 
     Attributes:
-        name: A joint, or the arm angle.
+        text: Joints with commas between them, or the arm angle.
         line: Line of the file.
     """
 
-    name: str
+    text: str
     line: int
 
 
@@ -92,7 +93,14 @@ def _redundancy(node: Node | None) -> RawRedundancy | None:
     if node is None:
         return None
     with within("redundancy", node.line):
-        return RawRedundancy(word(node, "the name of a joint, or arm_angle"), node.line)
+        parts = items(node, "the name of a joint, or a list of joints") if isinstance(node, Sequence) else (node,)
+        if not parts:
+            fail("expected the name of a joint, arm_angle, or a list of joints, found an empty list")
+        names = [word(part, "the name of a joint, or arm_angle") for part in parts]
+        for name in names:
+            if "," in name:
+                fail(f"{quote(name)} is not a name; several joints are written as [track, table]")
+        return RawRedundancy(joined(names), node.line)
 
 
 def _name(node: Node) -> str:

@@ -58,11 +58,11 @@ def resolve(raw: RawRobot, source: str) -> Robot:
         digest="",
         actuators=resolve_actuators(actuators, converter),
         version=raw.version,
-        redundancy=raw.redundancy.name if raw.redundancy else "",
+        redundancy=raw.redundancy.text if raw.redundancy else "",
     )
     if raw.redundancy:
         try:
-            check_redundancy(robot, raw.redundancy.name)
+            check_redundancy(robot, raw.redundancy.text)
         except RobotFileError as error:
             fail(error.message, raw.redundancy.line)
     return robot

@@ -45,6 +45,7 @@ def schema() -> Schema:
 
 
 def _top_values() -> Mapping[str, Schema]:
+    several: Schema = {"type": "array", "items": _ref("name"), "minItems": 1}
     return {
         "kinegen": {"const": int(keys.VERSION)},
         "name": _ref("name"),
@@ -58,7 +59,7 @@ def _top_values() -> Mapping[str, Schema]:
         "tool": _ref("transform"),
         "frames": _named("frame", keys.MAX_FRAMES),
         "actuators": _actuators(),
-        "redundancy": _ref("name"),
+        "redundancy": {"anyOf": [_ref("name"), several | {"uniqueItems": True}]},
     }
 
 

@@ -196,7 +196,8 @@ def _text(robot: Robot, writer: Entries) -> str:
     lines += ["kinegen: 1", f"name: {robot.name}"]
     lines += [f"description: {json.dumps(robot.description, ensure_ascii=False)}"] if robot.description else []
     lines += [f'version: "{robot.version}"'] if robot.version else []
-    lines += [f"redundancy: {robot.redundancy}"] if robot.redundancy else []
+    given = ", ".join(robot.given)
+    lines += [f"redundancy: {f'[{given}]' if len(robot.given) > 1 else given}"] if given else []
     lines += [f"convention: {convention}", f"units: {{length: {robot.units.length}, angle: {writer.angle}}}"]
     if writer.robot.parameters:
         lines += ["parameters:", *(_parameter(each, writer) for each in writer.robot.parameters)]

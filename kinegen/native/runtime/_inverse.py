@@ -44,7 +44,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
     ) -> None:
         super().__init__(name, **options)
         self.turnings = turnings
-        self.chooses = _chooser(name, turnings, options) if turnings else None
+        self.chooses = _chooser(turnings, options) if turnings else None
 
     def __call__(
         self,
@@ -60,7 +60,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         """Solve for one target or a batch.
 
         Args:
-            inputs: The target, shape (..., 4, 4); for seven joints with a redundancy its value too, shape (...).
+            inputs: The target, shape (..., 4, 4); with a redundancy its value too, shape (...), or (..., joints) where
+                several joints are given.
             params: As for a kernel.
             out: Arrays for both results, as for a kernel; that for validity is of type bool, or of the number type of
                 the solutions, which then holds 1 or 0.
@@ -164,7 +165,8 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         others = [self._checked_input(*pair, layout) for pair in zip(self.inputs[1:], inputs[1:])]
         chosen, varied = settled_params(name, checked_params(name, params, self._params))
         try:
-            shapes = [array.shape for array in (*others, *varied.values())]
+            shapes = [array.shape[: array.ndim - len(each.shape)] for array, each in zip(others, self.inputs[1:])]
+            shapes += [array.shape for array in varied.values()]
             lead = np.broadcast_shapes(targets.shape[:-2], *shapes)
         except ValueError:
             lead = targets.shape[:-2]  # the kernel says which of them do not go together
@@ -200,7 +202,7 @@ def _has_numbers(out: Any) -> bool:
     )
 
 
-def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Truths]]:
+def _chooser(turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Truths]]:
     """The kernel of the nearest solutions, made from the options of the inverse."""
     (solutions, _), formula = options["results"], options["formula"]
     dof = solutions.shape[-1:]
@@ -210,4 +212,5 @@ def _chooser(name: str, turnings: tuple[Turnings, Turnings], options: dict[str, 
         "results": (Array("q", dof), Array("exists", (), is_truth=True)),
         "formula": NearestFormula(formula, turnings, len(options["inputs"])),
     }
-    return Kernel(f"{name}_nearest", **own)
+    # A package has one inverse, so that the choice has the same name for all.
+    return Kernel("inverse_nearest", **own)

@@ -124,7 +124,7 @@ def _column_arm(axes: Axes, end: Vector) -> ColumnArm:
     lift = lifts[0]
     stroke = next(joint for joint in shifts if joint is not lift)
     conditions.square(turn, stroke)
-    if stroke.number < turn.number:
+    if axes.joints.index(stroke) < axes.joints.index(turn):
         conditions.failed.append(f"joint {stroke.number} shifts across axis {turn.number} before it turns")
     conditions.check()
     frame = flat_frame(turn)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 
 from kinegen.robot.expressions import evaluate
-from kinegen.robot.model import TOOL, JointType, Robot
+from kinegen.robot.model import TOOL, JointType, JointVariable, Robot
 from kinegen.symbolic.chain import transforms_between
 from kinegen.symbolic.fold import NULL, Vector
 from kinegen.symbolic.inverse.exact import (
@@ -71,26 +71,23 @@ class Axes:
     """A chain at q = 0.
 
     Attributes:
-        joints: In the order of the joint vector.
+        joints: In the order of the chain.
         rotation: Of the tool in the base frame.
         position: Of the tool in the base frame.
         defaults: The file's values of the runtime parameters, to choose between equal descriptions.
+        is_reversed: Whether it goes from the tool to the base.
     """
 
     joints: tuple[JointAxis, ...]
     rotation: Rotation
     position: Vector
     defaults: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    is_reversed: bool = False
 
     @property
     def numbers(self) -> tuple[int, ...]:
         """The numbers of the joints, in the order of the chain; from the last to the first of a reversed one."""
         return tuple(joint.number for joint in self.joints)
-
-    @property
-    def is_reversed(self) -> bool:
-        """Whether it goes from the tool to the base."""
-        return self.numbers[0] > self.numbers[-1]
 
     def reversed(self) -> Axes:
         """The same chain from the tool to the base: its pose is the inverse of this one's."""
@@ -104,7 +101,8 @@ class Axes:
             )
             for joint in reversed(self.joints)
         )
-        return Axes(joints, back, combined((-1, turned(back, self.position))), self.defaults)
+        position = combined((-1, turned(back, self.position)))
+        return Axes(joints, back, position, self.defaults, not self.is_reversed)
 
     def value(self, expression: sp.Expr) -> float:
         """An expression in runtime parameters at their values in the file."""
@@ -153,7 +151,8 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
     """Find the axes of all joints of a chain in the zero pose.
 
     Args:
-        robot: The robot; parameters that are not runtime parameters become numbers.
+        robot: The robot; parameters that are not runtime parameters become numbers. Joints whose values are given need
+            not move the tool.
 
     Returns:
         The axes; or, where they do not tell the whole motion, the reasons, one line each.
@@ -162,19 +161,25 @@ def joint_axes(robot: Robot) -> Axes | tuple[str, ...]:
         return (f"it has {len(robot.tips)} tips, not one: {', '.join(robot.tips)}",)
     if not robot.dof:
         return ("it has no joint variable",)
-    found = axes_between(robot, robot.root, TOOL)
-    if isinstance(found, Axes):
-        return replace(found, joints=tuple(sorted(found.joints, key=lambda joint: joint.number)))
-    return found
+    return axes_between(robot, robot.root, TOOL, robot.given)
 
 
-def axes_between(robot: Robot, start: str, end: str) -> Axes | tuple[str, ...]:
+def still_axis(variable: JointVariable) -> JointAxis:
+    """The axis of a joint that does not move the tool; where it is does not matter."""
+    turns = variable.type is not JointType.PRISMATIC
+    return JointAxis(
+        variable.name, variable.index + 1, turns, (sp.S.Zero, sp.S.Zero, sp.S.One), NULL, sp.S.One, _limits(variable)
+    )
+
+
+def axes_between(robot: Robot, start: str, end: str, given: tuple[str, ...] = ()) -> Axes | tuple[str, ...]:
     """Find the axes of all joints on the way from one frame to another in the zero pose.
 
     Args:
         robot: The robot; parameters that are not runtime parameters become numbers.
         start: The frame in which the axes are.
         end: The frame whose pose they change.
+        given: Joints that may be beside the way; the others must be on it.
 
     Returns:
         The axes, joints in the order of the way; or, where they do not tell the whole motion, the reasons.
@@ -185,19 +190,28 @@ def axes_between(robot: Robot, start: str, end: str) -> Axes | tuple[str, ...]:
     for step in transforms_between(robot, start, end, values):
         walker.step(step)
     still = [
-        f"joint {number} ({symbol}) moves nothing" for symbol, number in moves.items() if symbol not in walker.found
+        f"joint {number} ({symbol}) moves nothing"
+        for symbol, number in moves.items()
+        if symbol not in walker.found and str(symbol) not in given
     ]
     if walker.failures or still:
         return (*walker.failures, *still)
     joints = []
     order = list(walker.found)
-    for variable in sorted(robot.variables, key=lambda variable: order.index(values[variable.name])):
+    moving = [variable for variable in robot.variables if values[variable.name] in order]
+    for variable in sorted(moving, key=lambda variable: order.index(values[variable.name])):
         turns, direction, point, rate = walker.found[values[variable.name]]
         if turns != (variable.type is not JointType.PRISMATIC):
             return (f"joint {variable.index + 1} ({variable.name}) is a screw",)
-        limits = None if variable.limits is None else tuple(tidy(evaluate(end, {}, EXACT)) for end in variable.limits)
-        joints.append(JointAxis(variable.name, variable.index + 1, turns, direction, point, rate, limits))
+        joints.append(JointAxis(variable.name, variable.index + 1, turns, direction, point, rate, _limits(variable)))
     defaults = tuple(
         (values[parameter.name], tidy(evaluate(parameter.value, {}, EXACT))) for parameter in robot.runtime_parameters
     )
     return Axes(tuple(joints), walker.rotation, walker.position, defaults)
+
+
+def _limits(variable: JointVariable) -> tuple[sp.Expr, sp.Expr] | None:
+    if variable.limits is None:
+        return None
+    low, high = (tidy(evaluate(end, {}, EXACT)) for end in variable.limits)
+    return low, high

@@ -9,9 +9,10 @@ from functools import lru_cache
 import sympy as sp
 
 from kinegen.errors import KinegenError
-from kinegen.outputs import REDUNDANCY, Allowance, Array, Branches, Quantity
+from kinegen.outputs import Allowance, Array, Branches, Quantity, redundancy_arrays
 from kinegen.robot.extent import reach
-from kinegen.robot.model import TOOL, Robot
+from kinegen.robot.model import Robot
+from kinegen.robot.redundancy import given_units
 from kinegen.symbolic.expressions import Expressions, Tape, number_of
 from kinegen.symbolic.fold import Vector
 from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT
@@ -25,10 +26,9 @@ from kinegen.symbolic.inverse.solve import reads_attitude, solve
 from kinegen.symbolic.inverse.steps import ZERO, Steps
 from kinegen.symbolic.inverse.target import Target
 from kinegen.symbolic.inverse.thresholds import RIGID, thresholds_of
-from kinegen.symbolic.signatures import parameter_symbols, signature
+from kinegen.symbolic.signatures import parameter_symbols, pose_array, signature
 from kinegen.symbolic.transforms import symbols
-
-POSE = Array(f"base_T_{TOOL}", (4, 4), is_pose=True)
+from kinegen.tables.seen import chain_of
 
 
 def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
@@ -40,7 +40,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
 
     Args:
         robot: The robot.
-        quantity: The quantity.
+        quantity: The quantity, with the frames of tool and workpiece where they are not tool and base.
 
     Returns:
         `solutions` (branches, dof), in the order of the family's branches, and `valid` (branches,).
@@ -48,32 +48,45 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     Raises:
         KinegenError: If the arm is of no family; the message says which conditions fail.
     """
-    family = family_of(robot)
+    if quantity.frame and not robot.is_tree:
+        raise KinegenError(f"{quantity}: {robot.name} has one tip, whose inverse is called inverse", robot.source)
+    chain = chain_of(robot, quantity)
+    family = family_of(chain)
     names = [[sp.Dummy(f"r{row}{column}", real=True) for column in "123"] for row in "123"]
     rotation: tuple[Vector, ...] = tuple((row[0], row[1], row[2]) for row in names)
     position = (sp.Dummy("px", real=True), sp.Dummy("py", real=True), sp.Dummy("pz", real=True))
     tape = Tape()
-    steps = Steps(tape, family.axes.value, thresholds_of(family, size_of(robot, family)))
-    extra = (sp.Dummy("redundancy", real=True),) if family.redundancy else ()
+    steps = Steps(tape, family.axes.value, thresholds_of(family, size_of(chain, family)))
+    extra = tuple(sp.Dummy("redundancy", real=True) for _ in robot.given)
     value = extra[0] if extra else ZERO
     tool = Target((rotation[0], rotation[1], rotation[2]), position)
-    held = given(steps, family, value)
+    held = given(steps, family, extra)
     if family.defect is None:
-        solutions = solve(steps, family, moved_back(steps, family, tool, value), value)
+        solutions = solve(steps, family, moved_back(steps, family, tool, extra), value)
     else:
         solutions = nearly_solved(steps, family, family.defect, tool)
     found = [joint_values(steps, solution, held) for solution in solutions]
     branches = len(family.branches)
     joints = Array("solutions", (branches, robot.dof), per_branch=True)
-    inputs = (POSE, *[REDUNDANCY] * bool(extra))
+    inputs = (_target(robot, quantity), *redundancy_arrays(given_units(robot)))
     results = (joints, Array("valid", (branches,), is_truth=True))
     return Expressions(
-        signature=replace(signature(robot, quantity, inputs, *results), branches=branches_of(robot, family)),
+        signature=replace(signature(robot, quantity, inputs, *results), branches=branches_of(chain, family)),
         variables=(*(entry for row, place in zip(names, position, strict=True) for entry in (*row, place)), *extra),
         parameters=parameter_symbols(robot, symbols(robot, keep_parameters=False)),
         definitions=tuple(tape.definitions),
         entries=(*(value for values, _ in found for value in values), *(valid for _, valid in found)),
     )
+
+
+def _target(robot: Robot, quantity: Quantity) -> Array:
+    """The pose of the tool; that of another frame, or seen from another one, in words of its own."""
+    array = pose_array(robot, quantity)
+    if not quantity.frame:
+        return array
+    seen = f"frame {quantity.seen_from}" if quantity.seen_from else "the base frame"
+    words = f"pose of frame {quantity.frame} in {seen}, 4x4 matrix, row by row, its rotation orthonormal"
+    return replace(array, words=words)
 
 
 def branches_of(robot: Robot, family: Family) -> Branches:
@@ -120,6 +133,6 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        instead = "; numeric_inverse works for every arm" if robot.is_arm else ""
+        instead = "; numeric_inverse works for every arm" if robot.is_arm else "; inverse@TOOL/WORKPIECE is for trees"
         raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family

@@ -228,6 +228,29 @@ Build = PlainBuild | SphericalArm
 
 
 @dataclass(frozen=True, slots=True)
+class Held:
+    """The joints that an inverse is given.
+
+    Attributes:
+        names: In the order in which their values are given.
+        first: Those at the beginning of the chain from base to tool, in its order.
+        last: Those at its end, in its order.
+        beside: Those that do not move the tool.
+    """
+
+    names: tuple[str, ...]
+    first: tuple[JointAxis, ...]
+    last: tuple[JointAxis, ...]
+    beside: tuple[JointAxis, ...]
+
+    @property
+    def joints(self) -> tuple[JointAxis, ...]:
+        """In the order of their values."""
+        known = {joint.name: joint for joint in (*self.first, *self.last, *self.beside)}
+        return tuple(known[name] for name in self.names)
+
+
+@dataclass(frozen=True, slots=True)
 class Family:
     """An arm whose inverse is known in closed form.
 
@@ -239,8 +262,9 @@ class Family:
         branches: Names of the solutions, in order.
         meanings: What the words in these names mean; sentences.
         conditions: What a target must be besides within reach, and what is chosen where there is a choice; sentences.
-        redundancy: What is given besides the target: a joint, which is not in `axes`, or the arm angle; else empty.
-        held: That joint, as in the whole chain from base to tool.
+        redundancy: What is given besides the target: joints, which are not in `axes`, with commas between them, or the
+            arm angle; else empty.
+        held: These joints, as in the whole chain from base to tool.
         defect: What the arm is apart from one of the family, where it is only nearly one; `axes` are of that one.
     """
 
@@ -252,7 +276,7 @@ class Family:
     meanings: tuple[str, ...]
     conditions: tuple[str, ...]
     redundancy: str = ""
-    held: JointAxis | None = None
+    held: Held | None = None
     defect: Defect | None = None
 
     @property
@@ -261,7 +285,16 @@ class Family:
         return self.axes.is_reversed
 
     @property
+    def chain(self) -> tuple[int, ...]:
+        """The numbers of the joints from base to tool, those that are given among them."""
+        own = self.axes.numbers[::-1] if self.is_reversed else self.axes.numbers
+        if self.held is None:
+            return own
+        first, last = ([joint.number for joint in joints] for joints in (self.held.first, self.held.last))
+        return (*first, *own, *last)
+
+    @property
     def joints(self) -> tuple[JointAxis, ...]:
-        """The joints in the order of the joint vector, the one that is given among them."""
-        joints = (*self.axes.joints, self.held) if self.held else self.axes.joints
+        """The joints in the order of the joint vector, those that are given among them."""
+        joints = (*self.axes.joints, *self.held.joints) if self.held else self.axes.joints
         return tuple(sorted(joints, key=lambda joint: joint.number))

@@ -11,14 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from kinegen.robot.model import Robot
-from kinegen.robot.redundancy import ARM_ANGLE
+from kinegen.robot.redundancy import ARM_ANGLE, given_units
 from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
-from kinegen.symbolic.inverse.axes import Axes, joint_axes
+from kinegen.symbolic.inverse.axes import Axes, joint_axes, still_axis
 from kinegen.symbolic.inverse.conditions import Refusal
 from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT, Defect
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.own_chain import own_chain
-from kinegen.symbolic.inverse.redundancy import with_held, without_joint
+from kinegen.symbolic.inverse.redundancy import held_joints, with_held, without_joints
 from kinegen.symbolic.inverse.special import special_arms
 from kinegen.symbolic.inverse.spherical import spherical_arm
 
@@ -55,7 +55,7 @@ def recognise(robot: Robot) -> Family | Unknown:
     if isinstance(axes, tuple):
         return Unknown(axes)
     if robot.redundancy:
-        return _redundant(axes, robot.redundancy)
+        return _redundant(robot, axes)
     found = _family_of(axes)
     return found if isinstance(found, Family) else (nearest_family(axes) or found)
 
@@ -64,6 +64,8 @@ def nearest_family(axes: Axes) -> Family | None:
     """The family of the nearest special arm, if there is one within the limits of `ANGLE` and `LENGTH`."""
     if not all(joint.turns for joint in axes.joints) or len(axes.joints) != 6 or axes.defaults:
         return None
+    if axes.numbers != tuple(range(1, 7)):
+        return None  # the steps of a correction go by the places of the joints in the joint vector
     size = own_chain(axes).reach
     near = [each for each in special_arms(axes) if each.angle < ANGLE and each.length < LENGTH * size]
     for special in sorted(near, key=lambda each: max(each.angle, each.length / size)):
@@ -81,21 +83,27 @@ def nearest_family(axes: Axes) -> Family | None:
     return None
 
 
-def _redundant(axes: Axes, redundancy: str) -> Family | Unknown:
-    """The family of seven joints of which one, or the arm angle, is given."""
-    if redundancy == ARM_ANGLE and all(joint.turns and joint.name != ARM_ANGLE for joint in axes.joints):
+def _redundant(robot: Robot, axes: Axes) -> Family | Unknown:
+    """The family of an arm of which some joints, or the arm angle, are given."""
+    if robot.redundancy == ARM_ANGLE and all(joint.turns and joint.name != ARM_ANGLE for joint in axes.joints):
         try:
             return spherical_arm(axes)
         except Refusal as refusal:
             return Unknown(tuple(f"not an arm with an arm angle: {reason}" for reason in refusal.reasons))
-    held = next((joint for joint in axes.joints if joint.name == redundancy), None)
-    if held is None:
-        return Unknown((f"no family of closed forms has the redundancy {redundancy}",))
-    if held not in (axes.joints[0], axes.joints[-1]):
-        ends = f"{axes.joints[0].name} or {axes.joints[-1].name}"
-        return Unknown((f"redundancy: {redundancy} is in the middle of the chain, only {ends} can be given",))
-    found = _family_of(without_joint(axes, held))
-    return found if isinstance(found, Unknown) else with_held(found, held)
+    moving = [joint.name for joint in axes.joints]
+    variables = {variable.name: variable for variable in robot.variables}
+    unknown = [name for name in robot.given if name not in variables]
+    if unknown:
+        return Unknown((f"no family of closed forms has the redundancy {unknown[0]}",))
+    beside = tuple(still_axis(variables[name]) for name in robot.given if name not in moving)
+    held = held_joints(axes, robot.given, beside)
+    if isinstance(held, tuple):
+        return Unknown(held)
+    found = _family_of(without_joints(axes, held))
+    if isinstance(found, Family):
+        whole = with_held(found, held, given_units(robot))
+        return Unknown(whole) if isinstance(whole, tuple) else whole
+    return found
 
 
 def _family_of(axes: Axes) -> Family | Unknown:

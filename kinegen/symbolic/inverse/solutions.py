@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -29,16 +30,14 @@ class Solution:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A joint that is not solved for.
+    """Joints that are not solved for.
 
     Attributes:
-        number: Its place in the joint vector, from 1.
-        value: Its variable.
-        valid: 1 where that is within its limits, else 0.
+        values: Their variables, by their places in the joint vector, from 1.
+        valid: 1 where these are within their limits, else 0.
     """
 
-    number: int
-    value: sp.Expr
+    values: Mapping[int, sp.Expr]
     valid: sp.Expr
 
 
@@ -61,7 +60,7 @@ def joint_values(steps: Steps, solution: Solution, given: Given | None = None) -
     Args:
         steps: The tape.
         solution: The branch.
-        given: A joint that is not among the solutions.
+        given: Joints that are not among the solutions.
 
     Returns:
         The joint variables in their order, each brought by whole turns into the turn about the middle of its limits, or
@@ -70,7 +69,7 @@ def joint_values(steps: Steps, solution: Solution, given: Given | None = None) -
     valid = given.valid if given else ONE
     for factor in solution.valid:
         valid = _both(steps, valid, factor)
-    values: dict[int, sp.Expr] = {given.number: given.value} if given else {}
+    values: dict[int, sp.Expr] = dict(given.values) if given else {}
     for joint, amount in solution.angles:
         value = wrapped(steps, joint, amount) if isinstance(amount, Angle) else steps.name(amount / joint.rate)
         values[joint.number] = value

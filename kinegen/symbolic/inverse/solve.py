@@ -21,7 +21,7 @@ from kinegen.symbolic.inverse.thresholds import ALIGNED, LOOSE, PLANE, RIGID, TA
 from kinegen.symbolic.inverse.waists import Turned, arm_size, minus_named, seen_from_waist, turn_waist
 from kinegen.symbolic.inverse.wrists import Columns, Flip, flips, hand_direction, held, sine_of
 
-_LARGEST = sp.Integer(10) ** 15
+LARGEST = sp.Integer(10) ** 15
 
 
 def solve(steps: Steps, family: Family, target: Target, given: sp.Expr = ZERO) -> Iterator[Solution]:
@@ -56,7 +56,7 @@ def solve(steps: Steps, family: Family, target: Target, given: sp.Expr = ZERO) -
 def _sane(steps: Steps, family: Family, target: Target) -> sp.Expr:
     """1 for a target of finite numbers, whose rotation is one as far as it is read; else 0."""
     lengths = (*target.position, *(parameter for parameter, _ in family.axes.defaults))
-    finite = steps.select(steps.name(sp.Add(*(length**2 for length in lengths))), _LARGEST, ONE, ZERO)
+    finite = steps.select(steps.name(sp.Add(*(length**2 for length in lengths))), LARGEST, ONE, ZERO)
     if not reads_attitude(family):
         return finite
     return steps.select(_off_rigid(steps, target.rotation), RIGID**2, finite, ZERO)
