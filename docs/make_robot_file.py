@@ -123,6 +123,9 @@ def taken(value: dict[str, object]) -> str:
         return ", ".join(f"`{word}`" for word in words)
     if "const" in value:
         return f"`{value['const']}`"
+    choices = value.get("anyOf")
+    if isinstance(choices, list):
+        return ", or ".join(map(taken, choices))
     kind = value.get("type")
     counts: dict[object, str] = {2: "two values", 3: "three values"}
     if kind == "array":
