@@ -77,7 +77,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
     has_inverse = any(program.quantity.kind is Kind.INVERSE for program in kernels.programs)
-    has_targets = kernels.numeric_inverse or has_inverse
+    has_targets = (kernels.numeric_inverse and robot.is_arm) or has_inverse
     targets = _targets(robot) if has_targets else ()
     expected = {
         program.quantity: vector_results(known, program.signature, spreads[program.quantity]) for program in safe
