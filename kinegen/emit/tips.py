@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinegen.robot.expressions import names
+from kinegen.robot.expressions import Expression, names
 from kinegen.robot.model import Robot, Step
 
 ROWS = 6
@@ -69,9 +69,11 @@ def tips_of(robot: Robot) -> Tips:
 def _moving(robot: Robot) -> Iterator[tuple[int, ...]]:
     """The joint variables that the transforms between base and tip depend on, for each tip."""
     places = {variable.name: variable.index for variable in robot.variables}
-    entries = {row.name: (row.alpha, row.a, row.d, row.theta, row.beta, *_values(row.steps)) for row in robot.rows}
+    entries: dict[str, tuple[Expression | None, ...]] = {
+        row.name: (row.alpha, row.a, row.d, row.theta, row.beta, *_values(row.steps)) for row in robot.rows
+    }
     entries |= {frame.name: _values(frame.steps) for frame in robot.frames}
-    parents = {each.name: each.parent for each in (*robot.rows, *robot.frames)}
+    parents = {row.name: row.parent for row in robot.rows} | {frame.name: frame.parent for frame in robot.frames}
     for tip in robot.tips:
         found, frame = set[int](), tip
         while frame in entries:
@@ -81,7 +83,7 @@ def _moving(robot: Robot) -> Iterator[tuple[int, ...]]:
         yield tuple(sorted(found))
 
 
-def _values(steps: tuple[Step, ...]) -> tuple[Step | None, ...]:
+def _values(steps: tuple[Step, ...]) -> tuple[Expression, ...]:
     return tuple(step.value for step in steps)
 
 
@@ -100,8 +102,10 @@ def _groups(moving: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
 
 def _first_of_rows(moving: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
     """For equations with a row for each row of the Jacobians."""
-    first = [next(other for other in range(tip + 1) if other == tip or set(moving[other]) & set(moving[tip]))
-             for tip in range(len(moving))]
+    first = [
+        next(other for other in range(tip + 1) if other == tip or set(moving[other]) & set(moving[tip]))
+        for tip in range(len(moving))
+    ]
     return tuple(ROWS * first[tip] for tip in range(len(moving)) for _ in range(ROWS))
 
 

@@ -155,7 +155,7 @@ class _Tester:
             require_free_parts(self.robot, numeric_inverse, self.module, self.real, self._name, self.params)
         reported = np.stack([found.position_error, found.rotation_error], axis=1).reshape(count, 2, -1)
         tolerances = np.array(numeric_inverse.tolerances[self.real == "float"])[:, None]
-        self._require_solved(found.solved, (reported <= tolerances).all(axis=2))
+        self._require_solved(found.solved, np.all(reported <= tolerances, axis=2))
         true = tip_errors(self.robot, found.q.astype(np.float64), targets.astype(np.float64))
         apart, most = np.abs(reported - true), accepted_error(self.robot, self.real) * _ROUNDINGS
         accepted = np.array([most * reach(self.robot, self.robot.tips), most])
@@ -205,7 +205,7 @@ class _Tester:
             if found.solved.any() or found.iterations.any():
                 raise ProofError(f"{self._name} searches for targets with {what}; nothing was written")
 
-    def _require_solved(self, solved: Truths, near: Truths) -> None:
+    def _require_solved(self, solved: Truths, near: Any) -> None:
         if (solved & ~near.all(axis=1)).any():
             raise ProofError(
                 f"{self._name} reports targets as solved whose errors exceed the tolerance; nothing was written"

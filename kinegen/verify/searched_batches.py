@@ -101,9 +101,7 @@ def _contracts(package: ModuleType) -> bool:
 
 
 def _mixed(robot: Robot, count: int, real: str) -> tuple[Any, Any]:
-    """Targets (N, 4, 4), or (N, tips, 4, 4), and starts (N, dof): most can be reached, and every seventh is of another
-    kind, by its first tip.
-    """
+    """Targets and starts (N, dof): most can be reached, and every seventh is of another kind, by its first tip."""
     low, high = np.array(joint_box(robot)).T
     q, starts = np.random.default_rng(SEED).uniform(low, high, (2, count, robot.dof))
     targets = tip_targets(robot, q)

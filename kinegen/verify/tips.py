@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from kinegen import reference
 from kinegen.errors import ProofError
-from kinegen.outputs import NUMERIC_INVERSE
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
 from kinegen.verify.impossible import unchecked
@@ -90,7 +89,7 @@ def require_free_parts(robot: Robot, search: Any, module: ModuleType, real: str,
         ProofError: If a bit changes with the target of a free part, errors are not those that there are, a target with
             NaN is searched for, or too few are solved.
     """
-    q, starts, targets = _near(robot, real)
+    starts, targets = _near(robot, real)
     weights = turned_weights(robot)
     free = ~(weights > 0)
     with unchecked(module):
@@ -104,7 +103,9 @@ def require_free_parts(robot: Robot, search: Any, module: ModuleType, real: str,
     for other in others:
         for field, got, wanted in zip(usual._fields, other, usual, strict=True):
             if got.tobytes() != wanted.tobytes():
-                raise ProofError(f"{name} gives another {field} for another target of what is free; nothing was written")
+                raise ProofError(
+                    f"{name} gives another {field} for another target of what is free; nothing was written"
+                )
     if spoilt.solved.any() or spoilt.iterations.any():
         raise ProofError(f"{name} searches for targets with NaN of one tip; nothing was written")
     reported = np.stack([usual.position_error, usual.rotation_error], axis=1)
@@ -131,7 +132,7 @@ def require_same_steps(robot: Robot, search: Any, other: Any, real: str, name: s
     Raises:
         ProofError: If the joints after some steps are not the same but for rounding.
     """
-    _, starts, targets = _near(robot, real)
+    starts, targets = _near(robot, real)
     options = {"weights": _in_turn(robot, _UNEQUAL), "restarts": 0, "steps": _STEPS, "params": params}
     found, wanted = search(targets, starts, **options), other(targets, starts, **options)
     sizes = [reach(robot) if each.type is JointType.PRISMATIC else 1.0 for each in robot.variables]
@@ -140,13 +141,13 @@ def require_same_steps(robot: Robot, search: Any, other: Any, real: str, name: s
         raise ProofError(f"{name} takes other steps than NumPy does with weights; nothing was written")
 
 
-def _near(robot: Robot, real: str) -> tuple[FloatArray, Any, Any]:
-    """Joint vectors away from limits, starts near them, and targets."""
+def _near(robot: Robot, real: str) -> tuple[Any, Any]:
+    """Targets away from limits, after starts near them."""
     low, high = np.array(joint_box(robot)).T
     random = np.random.default_rng(SEED)
     q = random.uniform(low + (high - low) / 4, high - (high - low) / 4, (TARGETS, robot.dof))
     starts = q + random.uniform(-0.1, 0.1, q.shape) * (high - low) / 4
-    return q, starts.astype(DTYPES[real]), tip_targets(robot, q).astype(DTYPES[real])
+    return starts.astype(DTYPES[real]), tip_targets(robot, q).astype(DTYPES[real])
 
 
 def _with_free(targets: Any, free: NDArray[np.bool_], value: float | None) -> Any:

@@ -133,7 +133,7 @@ def require_varied_search(robot: Robot, make: Any, search: Any, target: str, rea
 
 
 def _targets(robot: Robot, count: int, real: str) -> tuple[Any, Any]:
-    """Joint vectors (N, dof) and targets, as `tip_targets` gives them, in turn of the parameters of the file and of the moved ones."""
+    """Joint vectors (N, dof) and targets, in turn of the parameters of the file and of the moved ones."""
     low, high = np.array(joint_box(robot)).T
     q = np.random.default_rng(SEED).uniform(low, high, (count, robot.dof)).astype(DTYPES[real])
     return q, _poses(robot, q, np.arange(count) % 2).astype(DTYPES[real])

@@ -99,9 +99,7 @@ def search_batch_arguments(symbol: str, real: str, *, parameters: bool, tips: bo
 def _batch(kernels: Kernels, real: Real) -> SearchBatch:
     robot, bits = kernels.robot, "f64" if real is Real.DOUBLE else "f32"
     header, source = (search_file(robot.name, suffix, real, batch=True) for suffix in "hc")
-    arguments = search_batch_arguments(
-        robot.name, real, parameters=bool(robot.runtime_parameters), tips=robot.is_tree
-    )
+    arguments = search_batch_arguments(robot.name, real, parameters=bool(robot.runtime_parameters), tips=robot.is_tree)
     name = function(robot.name, NUMERIC_INVERSE.function, real, batch=True)
     tile = TILE_BYTES // (8 if real is Real.DOUBLE else 4)
     precision = "double" if real is Real.DOUBLE else "single"

@@ -37,7 +37,7 @@ class TipsInverse(NumericInverse):
         self.__doc__ = doc.replace("(base_T_tool, start", "(base_T_tips, start", 1)
         self.moving = moving
 
-    def __call__(  # type: ignore[override] # the targets of all tips in the place of one
+    def __call__(
         self,
         base_T_tips: ArrayLike,
         start: ArrayLike | None = None,
@@ -91,7 +91,9 @@ class TipsInverse(NumericInverse):
         result: NumericSolution = _with_numbers(found) if out is None else out
         return result
 
-    def bind(self, base_T_tips: Floats, start: Floats, *results: NDArray[Any], **options: Any) -> Callable[[], object]:
+    def bind(  # type: ignore[override] # the targets of all tips have another name than those of one
+        self, base_T_tips: Floats, start: Floats, *results: NDArray[Any], **options: Any
+    ) -> Callable[[], object]:
         """Fix the arrays: each call of what comes back reads the targets and starts anew and writes the results.
 
         Args:
@@ -178,12 +180,14 @@ class TipsInverse(NumericInverse):
     def _in_numpy(self, task: _Task, first: int) -> tuple[Any, ...]:
         own = self._params._make(task.params[0].tolist()) if isinstance(task.params, np.ndarray) else task.params
         evaluate = self.kernel if own is None else partial(self.kernel, params=own)
-        search = TipsSearch(evaluate, self.joints, self.reach, task.targets, task.effort, self.moving)
+        effort: Any = task.effort
+        search = TipsSearch(evaluate, self.joints, self.reach, task.targets, effort, self.moving)
         search.run(task.starts, np.random.default_rng((task.effort.seed, first)))
         return search.q, search.errors, search.iterations, search.solved
 
     def _in_c(self, task: _Task, first: int, alone: bool) -> tuple[Floats, Floats, Any, Any]:
         targets, starts, params, effort = task
+        weights: Any = getattr(effort, "weights")  # noqa: B009 - those of the class of several tips
         ffi, count, real = self._native.ffi, len(targets), targets.dtype
         prefix, item = (f"{self._symbol}_f32", "float[]") if real == np.float32 else (self._symbol, "double[]")
         if isinstance(params, np.ndarray):
@@ -202,7 +206,7 @@ class TipsInverse(NumericInverse):
             first,
             alone,
             ffi.new(item, list(effort.tolerances)),
-            ffi.new(item, effort.weights.ravel().tolist()),
+            ffi.new(item, weights.ravel().tolist()),
             effort.restarts,
             effort.seed,
             effort.budget,
@@ -215,9 +219,7 @@ class TipsInverse(NumericInverse):
 
 
 def without_free(targets: NDArray[Any], weights: Floats) -> NDArray[Any]:
-    """Targets (..., tips, 4, 4) with what is free replaced by that of the identity; the last row is free with the
-    rotation.
-    """
+    """Targets (..., tips, 4, 4) with what is free taken from the identity; the last row goes with the rotation."""
     read = np.repeat(weights[:, None, None, 1] > 0, 4, axis=1).repeat(4, axis=2)
     read[:, :3, 3] = weights[:, None, 0] > 0
     return targets if read.all() else np.where(read, targets, np.eye(4, dtype=targets.dtype))

@@ -1,13 +1,12 @@
 """Damped least squares for several tips in NumPy, as the C files search. It needs NumPy alone.
 
-Tips that share joints, directly or by way of others, are one group. Groups do not depend on each other: each has its own
-damping, its own longest step, its own best joint values and its own random starts, but they are evaluated together.
+Tips that share joints, directly or by way of others, are one group. Groups do not depend on each other: each has its
+own damping, its own longest step, its own best joint values and its own random starts, but they are evaluated together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,9 +118,7 @@ class TipsSearch(Search):
         self._done[rows] |= ~far
 
     def _difference(self, rows: NDArray[np.intp], q: Floats) -> tuple[Floats, Floats]:
-        """The ways to go and the rotation vectors of target_R pose_R^T, one after the other (n, 6 tips), and the
-        Jacobians, one below the other.
-        """
+        """Ways to go and rotation vectors of target_R pose_R^T (n, 6 tips), and the Jacobians (n, 6 tips, dof)."""
         pose, jacobian = self._evaluate(q)
         target, count = self._targets[rows], len(rows)
         r = target[..., :3, :3] @ pose[..., :3, :3].swapaxes(2, 3)
