@@ -120,6 +120,7 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        instead = "; numeric_inverse works for every arm" if robot.is_arm else ""
+        several = "; numeric_inverse takes targets of all tips" if robot.is_tree and robot.dof else ""
+        instead = "; numeric_inverse works for every arm" if robot.is_arm else several
         raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family
