@@ -14,6 +14,7 @@ from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
 from kinegen.pipeline import build
 from kinegen.results import BuildOptions
+from kinegen.verify import search as proof
 from tests.builds.workshop import ROBOTS, set_machine
 
 Packages = Callable[[str, str], ModuleType]
@@ -34,6 +35,7 @@ def package(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Packa
         folder = tmp_path_factory.mktemp(f"{name}_{backend}")
         with pytest.MonkeyPatch.context() as patch:
             set_machine(patch, cache_home)
+            patch.setattr(proof, "TARGETS", 60)
             options = BuildOptions(
                 output=folder,
                 quantities=(Quantity.POSE, NUMERIC_INVERSE),

@@ -60,7 +60,11 @@ CASES = (
     _tips("the last joint is not first", SEARCH, r"x\[DOF - 1 - j\] \* roots", "x[j] * roots", "solves only"),
     _tips("a finger does not move its tip", SEARCH, r"\{1U, 1U, 1U, 0U", "{1U, 1U, 0U, 0U", "solves only"),
     _tips(
-        "a lane is done as the target before", BATCH, r"t->done\[g\]\[own\] = 0;", "", "another|solves only|as solved"
+        "a lane is done as the target before",
+        BATCH,
+        r"t->done\[g\]\[own\] = 0;",
+        "",
+        "another|solves only|as solved|errors that are not",
     ),
     _tips("a limit is passed", BATCH, r"\(above > high\) \? high", "(above > high) ? high + 1", "break limits|another"),
     _tips(
