@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from kinegen import reference
 from kinegen.emit.tips import tips_of
@@ -105,7 +104,10 @@ def one_step(tree: ModuleType, robot: Robot, start: Floats, goal: Floats, weight
     """J^T (J J^T + l I)^-1 e for each group, with rows weighted and joints counted in their strides."""
     size, tips = tree.numeric_inverse.reach, tips_of(robot)
     pose, jacobian = tree.fk_jacobian(start)
-    turned = Rotation.from_matrix(tree.fk(goal)[:, :3, :3] @ pose[:, :3, :3].swapaxes(1, 2)).as_rotvec()
+    between = tree.fk(goal)[:, :3, :3] @ pose[:, :3, :3].swapaxes(1, 2)
+    skew = (between - between.swapaxes(1, 2))[:, [2, 0, 1], [1, 2, 0]]
+    sines = np.linalg.norm(skew, axis=1) / 2
+    turned = skew / 2 * (np.arcsin(sines) / sines)[:, None]
     rows = np.repeat(weights, 3, axis=1) * ([3 / size] * 3 + [1] * 3)
     e = np.concatenate([tree.fk(goal)[:, :3, 3] - pose[:, :3, 3], turned], axis=1) * rows
     strides = [size / 3 if each.type is JointType.PRISMATIC else 1.0 for each in robot.variables]

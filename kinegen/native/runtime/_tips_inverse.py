@@ -14,7 +14,7 @@ from ._engines import real_array, table_of
 from ._numeric_inverse import Floats, NumericInverse, NumericSolution, _Given, _Task, _with_numbers
 from ._parameters import checked_params, settled_params
 from ._search import effort_of
-from ._targets import checked_targets
+from ._targets import checked_targets, is_pose
 from ._threads import workers_for
 from ._tips_search import TipsSearch, Weighted
 
@@ -135,8 +135,10 @@ class TipsInverse(NumericInverse):
         if targets.shape[-3:] != inner:
             shape = f"(..., {', '.join(map(str, inner))})"
             raise ValueError(f"{name}: base_T_tips has shape {targets.shape}, expected {shape}")
+        targets = without_free(targets, weights)
+        is_quick = targets.ndim == 3 and targets.dtype in (np.float64, np.float32) and all(map(is_pose, targets))
         try:
-            targets = checked_targets(name, without_free(targets, weights))
+            targets = targets if is_quick else checked_targets(name, targets)
         except (TypeError, ValueError) as error:
             raise type(error)(str(error).replace("base_T_tool", "base_T_tips")) from None
         chosen, varied = settled_params(name, checked_params(name, params, self._params))
