@@ -68,7 +68,7 @@ def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
             found.append(program_of(robot, quantity))
         except KinegenError:
             continue  # such as an inverse of an arm without a closed form
-    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.is_arm, _has_all_solutions(robot))
+    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.dof > 0, _has_all_solutions(robot))
 
 
 def _has_all_solutions(robot: Robot) -> bool:

@@ -25,11 +25,11 @@ def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
     """Targets of an inverse that cost different things, each followed by a joint vector.
 
     Args:
-        robot: The robot, which has one tip.
+        robot: The robot; of several tips the first one is changed.
 
     Returns:
-        `COUNT` rows of a 4x4 matrix and a joint vector for each kind. Joint vectors are near a solution, or, of the
-        targets called far, anywhere in the joint box.
+        `COUNT` rows of a 4x4 matrix for every tip and a joint vector for each kind. Joint vectors are near a solution,
+        or, of the targets called far, anywhere in the joint box.
 
     Raises:
         KinegenError: If the robot has a redundancy, which these rows have no place for.
@@ -39,7 +39,7 @@ def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
     near = np.array(reachable_poses(robot, starts=True))
     box = np.array(joint_box(robot)).clip(-math.pi, math.pi)
     far, unreachable, bent = near.copy(), near.copy(), near.copy()
-    far[:, 16:] = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (COUNT, robot.dof))
+    far[:, -robot.dof :] = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (COUNT, robot.dof))
     unreachable[:, 3] += 3 * reach(robot)
     bent[:, [0, 1, 2, 4, 5, 6, 8, 9, 10]] *= 2
     kinds = {"near a solution": near, "far from one": far, "out of reach": unreachable, "not a rotation": bent}
@@ -47,10 +47,10 @@ def targets_by_kind(robot: Robot) -> dict[str, tuple[tuple[float, ...], ...]]:
 
 
 def reachable_poses(robot: Robot, *, starts: bool, given: bool = False) -> tuple[tuple[float, ...], ...]:
-    """Poses of the tip, each the numbers of a 4x4 matrix.
+    """Poses of the tips, each the numbers of a 4x4 matrix for every tip.
 
     Args:
-        robot: The robot, which has one tip.
+        robot: The robot.
         starts: Whether each is followed by the joint vector from which a search begins.
         given: Whether what the inverse is given besides stands between them, for a robot with a redundancy.
 
@@ -63,7 +63,7 @@ def reachable_poses(robot: Robot, *, starts: bool, given: bool = False) -> tuple
     middle, half = box.mean(axis=1), np.ptp(box, axis=1) / 2
     generator = np.random.default_rng(1)
     joints = middle + half * generator.uniform(-_INNER, _INNER, (COUNT, robot.dof))
-    poses: NDArray[np.float64] = reference.pose(robot, joints)[:, 0].reshape(COUNT, 16)
+    poses: NDArray[np.float64] = reference.pose(robot, joints).reshape(COUNT, -1)
     if given and robot.redundancy:
         poses = np.column_stack([poses, reference.redundancy(robot, joints)])
     steps = NEAR * np.where(angles, 1, 2 * half) * generator.choice([-1, 1], joints.shape)

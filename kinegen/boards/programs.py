@@ -186,10 +186,10 @@ def write_search(folder: Path, kernels: Kernels, real: Real, rows: Sequence[Sequ
     kernel = printed(replace(kernels, programs=needed), real)
     kernel = replace(kernel, files={**kernel.files, **emit_numeric_inverse(kernels, real)}, header=solver.header)
     parameters = f"&{solver.prefix}_default_params, " if solver.parameters else ""
-    arguments = f"q, q + 16, {parameters}&{solver.prefix}_default_search, result, &found"
-    dof = kernels.robot.dof
+    dof, numbers = kernels.robot.dof, 16 * len(kernels.robot.tips)
+    arguments = f"q, q + {numbers}, {parameters}&{solver.prefix}_default_search, result, &found"
     call = f"static {solver.prefix}_found found; (void){solver.function}({arguments})"
-    entry = TableEntry(solver.function, "", call, 16 + dof, dof, kernel.beyond)
+    entry = TableEntry(solver.function, "", call, numbers + dof, dof, kernel.beyond)
     examples = _examples(rows or reachable_poses(kernels.robot, starts=True), real)
     files = _write(folder, [kernel], _with_nothing(folder, entry, solver.prototype, solver.header), examples)
     return Measured((files[0], folder / solver.source, *files[1:], folder / "nothing.c"), 2, solver.function, 1)

@@ -61,9 +61,12 @@ def _unknown_lines(robot: Robot, reasons: tuple[str, ...]) -> list[str]:
     from kinegen.emit.complete.screws import refusal
 
     lines = [line for reason in reasons for line in filled([reason], _INDENT)]
+    lines += [*_machine_lines(robot), *(() if robot.is_arm else _seen_lines(robot))]
+    if robot.is_tree and robot.dof:
+        several = f"{_INDENT}The numeric inverse takes targets of all tips: kinegen build --outputs numeric_inverse"
+        return [*lines, several]
     if not robot.is_arm:
-        return [*lines, *_machine_lines(robot), *_seen_lines(robot)]
-    lines += _machine_lines(robot)
+        return lines
     lines = [*lines, f"{_INDENT}The numeric inverse works for every arm: kinegen build --outputs numeric_inverse"]
     if not refusal(robot):
         lines.append(f"{_INDENT}All solutions, up to 16: kinegen build --outputs complete_inverse")

@@ -41,9 +41,8 @@ class Kernels:
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
-        if self.numeric_inverse and not self.robot.is_arm:
-            reason = "it has several tips" if self.robot.is_tree else "it has no joints"
-            raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
+        if self.numeric_inverse and not self.robot.dof:
+            raise KinegenError(f"no numeric inverse for {self.robot.name}: it has no joints", self.robot.source)
         if self.complete_inverse and (reason := refusal(self.robot)):
             raise refused(self.robot, reason)
 

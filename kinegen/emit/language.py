@@ -49,6 +49,7 @@ class Language:
         reserved_robots: Names that a robot alone cannot have, because it is declared beside what libraries declare.
         is_extra: Whether it is written where `--languages` names it, to a folder of its name below that of the robot.
             Of the others C and Python are part of every package, and `--real` asks for integers.
+        searches_trees: Whether it has the numeric inverse of robots with several tips, if it has that of arms.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Language:
     reserved: frozenset[str] = frozenset()
     reserved_robots: frozenset[str] = frozenset()
     is_extra: bool = True
+    searches_trees: bool = True
 
 
 def refuses_nothing(_quantity: Quantity) -> str:

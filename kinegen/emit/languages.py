@@ -17,7 +17,7 @@ from kinegen.emit.matlab import MATLAB
 from kinegen.emit.python import PYTHON
 from kinegen.emit.rust import RUST
 from kinegen.errors import KinegenError
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, Quantity
 
 if TYPE_CHECKING:
     from kinegen.emit.c.expected import Vectors
@@ -76,7 +76,7 @@ def emit_language(kernels: Kernels, language: Language, vectors: Vectors | None 
 def kept(kernels: Kernels, language: Language) -> Kernels:
     """The kernels that a language prints."""
     programs = tuple(each for each in kernels.programs if not language.refuses(each.quantity))
-    has_search = kernels.numeric_inverse and not language.refuses(NUMERIC_INVERSE)
+    has_search = kernels.numeric_inverse and not _refusal(kernels, language, NUMERIC_INVERSE)
     has_complete = kernels.complete_inverse and not language.refuses(COMPLETE_INVERSE)
     return replace(kernels, programs=programs, numeric_inverse=has_search, complete_inverse=has_complete)
 
@@ -85,5 +85,11 @@ def refusals(kernels: Kernels, language: Language) -> tuple[str, ...]:
     """Sentences about what a language leaves out."""
     quantities = [program.quantity for program in kernels.programs]
     quantities += [NUMERIC_INVERSE] * kernels.numeric_inverse + [COMPLETE_INVERSE] * kernels.complete_inverse
-    reasons = ((quantity, language.refuses(quantity)) for quantity in quantities)
+    reasons = ((quantity, _refusal(kernels, language, quantity)) for quantity in quantities)
     return tuple(f"{language.title} has no {quantity}: {reason}" for quantity, reason in reasons if reason)
+
+
+def _refusal(kernels: Kernels, language: Language, quantity: Quantity) -> str:
+    """Why a language has no function for a quantity of this robot, or an empty text."""
+    several = quantity == NUMERIC_INVERSE and kernels.robot.is_tree and not language.searches_trees
+    return language.refuses(quantity) or ("for several tips it is in C and Python alone" if several else "")

@@ -33,6 +33,7 @@ class Tuning:
         longest_step: The largest turn of a joint in one step, in radians.
         huge: An error that every other one is smaller than.
         farthest: The largest squared distance of a target from the base.
+        heaviest: The largest weight of a tip.
     """
 
     iterations: int
@@ -48,6 +49,7 @@ class Tuning:
     longest_step: Fraction
     huge: Fraction
     farthest: Fraction
+    heaviest: Fraction
 
     @property
     def most_samples(self) -> int:
@@ -73,4 +75,5 @@ TUNING = Tuning(
     longest_step=Fraction(4, 5),
     huge=Fraction(10**30),
     farthest=Fraction(10**15),
+    heaviest=Fraction(10**6),
 )

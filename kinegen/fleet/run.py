@@ -23,7 +23,7 @@ from kinegen.fleet.cluster import make_parts, processes
 from kinegen.fleet.manifest import begin, described
 from kinegen.fleet.plan import PART_ROWS, Part, one_part, parts_of
 from kinegen.fleet.results import check_names, columns_of, schema_of
-from kinegen.fleet.searches import ROWS, Searching, kernel_of
+from kinegen.fleet.searches import ROWS, Searching, kernel_of, require_one_target
 from kinegen.fleet.sources import PURPOSE, Source, find_sources
 from kinegen.fleet.work import Job, make_part
 from kinegen.fleet.writing import COMPRESSIONS, ENDINGS, KINDS, check_compression, sweep
@@ -189,6 +189,7 @@ def _evaluate(
 ) -> Summary:
     quantities = tuple(map(parse_quantity, words or ("pose",)))
     model = model_of(load(robot))
+    require_one_target(model, quantities)
     is_elsewhere = bool(options.scheduler)
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=is_elsewhere)
     kernels = {str(each): each.function for each in quantities}

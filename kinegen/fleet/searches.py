@@ -6,14 +6,16 @@ batch. Over data sets they take rows, and a row without a pose has no solution.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE
+from kinegen.errors import KinegenError
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, Quantity
+from kinegen.robot.model import Robot
 
 ROWS = 1 << 12
 """Rows of a batch where something searches: fixed, so that random starts do not depend on the memory of a run."""
@@ -62,6 +64,13 @@ class Searching:
             values[wrong] = False if result.is_truth else np.nan
             found.append(values if result.is_truth else values.astype(real, copy=False))
         return found
+
+
+def require_one_target(robot: Robot, quantities: Iterable[Quantity]) -> None:
+    """Refuse the numeric inverse of a tree, whose targets would take a column for each tip."""
+    if robot.is_tree and NUMERIC_INVERSE in quantities:
+        reason = f"numeric_inverse of {robot.name} takes a target for each of its {len(robot.tips)} tips"
+        raise KinegenError(f"{reason}, which files of rows do not hold; call it in Python or C", robot.source)
 
 
 def kernel_of(module: ModuleType, name: str) -> Any:

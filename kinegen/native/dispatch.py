@@ -203,7 +203,9 @@ def _search_passed_on(interface: Interface, flags: Flags) -> str:
     text = ""
     for real in interface.reals:
         name = naming.function(interface.symbol, NUMERIC_INVERSE.function, real, batch=True)
-        arguments = search_batch_arguments(interface.symbol, real, parameters=bool(interface.parameters))
+        arguments = search_batch_arguments(
+            interface.symbol, real, parameters=bool(interface.parameters), tips=bool(interface.tips)
+        )
         text += _passed_on(name, arguments, flags)
     return text
 

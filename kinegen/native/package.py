@@ -48,6 +48,7 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
         numeric_inverse=kernels.numeric_inverse,
         complete_inverse=kernels.complete_inverse,
+        tips=len(robot.tips) if robot.is_tree else 0,
     )
 
 

@@ -39,6 +39,7 @@ def _head(interface: Interface, real: str) -> str:
         "size_t first",
         "int32_t single",
         f"const {real} *tolerances",
+        *([f"const {real} *weights"] if interface.tips else []),
         "int32_t restarts",
         "uint32_t seed",
         "int32_t budget",
@@ -57,12 +58,19 @@ def _definition(interface: Interface, real: str) -> str:
     many = function(interface.symbol, NUMERIC_INVERSE.function, real, batch=True)
     params = f"(const {interface.params(real)} *)params, " if interface.parameters else ""
     sets = "(ptrdiff_t)sets, " if interface.parameters else ""
+    weights = f", {{{', '.join(_weights(interface.tips))}}}" if interface.tips else ""
+    strides = f"{16 * interface.tips}, 16, 1" if interface.tips else "16, 1"
     return f"""
 {_head(interface, real)}
 {{
-    const {stem}_search search = {{tolerances[0], tolerances[1], restarts, seed, budget, steps}};
+    const {stem}_search search = {{tolerances[0], tolerances[1], restarts, seed, budget, steps{weights}}};
     if (single) solved[0] = (unsigned char){one}(targets, starts, {params}&search, q, ({stem}_found *)found);
-    else {many}(count, targets, 16, 1, starts, {dof}, 1, {params}{sets}&search, first, q, {dof},
+    else {many}(count, targets, {strides}, starts, {dof}, 1, {params}{sets}&search, first, q, {dof},
                 ({stem}_found *)found, solved, 0);
 }}
 """
+
+
+def _weights(tips: int) -> tuple[str, ...]:
+    """The weights of position and rotation of each tip, as C text."""
+    return tuple(f"{{weights[{2 * tip}], weights[{2 * tip + 1}]}}" for tip in range(tips))

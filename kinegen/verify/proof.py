@@ -137,7 +137,7 @@ def _search_comparison(search: Search, real: str) -> Comparison:
         position_tolerance=search.position_tolerance,
         rotation_tolerance=search.rotation_tolerance,
         worst=search.worst,
-        frame=TOOL,
+        frame=search.frame,
         real=real,
     )
 

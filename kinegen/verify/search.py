@@ -10,15 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen import reference
 from kinegen.errors import ProofError
 from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
 from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Robot
+from kinegen.robot.model import TOOL, Robot
 from kinegen.verify.impossible import unchecked
 from kinegen.verify.samples import SEED
 from kinegen.verify.searched_batches import require_search_batches
-from kinegen.verify.solved import pose_errors
+from kinegen.verify.tips import require_free_parts, require_same_steps, tip_errors, tip_targets
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.ways import DTYPES, numpy_form
 
@@ -60,6 +59,7 @@ class Search:
         position_tolerance: What was accepted of that.
         rotation_tolerance: What was accepted of that.
         worst: Joint vector of the target for which they differ most.
+        frame: The tip for which they do.
     """
 
     target: str
@@ -73,6 +73,7 @@ class Search:
     position_tolerance: float
     rotation_tolerance: float
     worst: tuple[float, ...]
+    frame: str = TOOL
 
 
 def try_search(
@@ -99,11 +100,15 @@ def try_search(
     if compiled.backend == "c":
         count = TARGETS if parameters is None else FEWER
         ways = {f"C {real}, batch": (compiled, count), f"C {real}": (_OneByOne(compiled), count)} | ways
+    module = sys.modules[type(compiled).__module__]
     found = tuple(
-        _Tester(robot, real, target, params, package.__name__).search(search, n) for target, (search, n) in ways.items()
+        _Tester(robot, real, target, params, module).search(search, n) for target, (search, n) in ways.items()
     )
     if compiled.backend == "c":
         require_search_batches(robot, package, real, params)
+    if compiled.backend == "c" and robot.is_tree:
+        name = f"{robot.name}: C {real} {NUMERIC_INVERSE}"
+        require_same_steps(robot, compiled, in_numpy(package, compiled), real, name, params)
     return found
 
 
@@ -136,22 +141,26 @@ class _Tester:
     real: str
     target: str
     params: Any
-    package: str
+    module: ModuleType
 
     def search(self, numeric_inverse: Any, count: int) -> Search:
         """Try one way at so many targets."""
         low, high = np.array(joint_box(self.robot)).T
         q, starts = np.random.default_rng(SEED).uniform(low, high, (2, count, self.robot.dof))
-        targets = reference.pose(self.robot, q)[:, 0].astype(DTYPES[self.real])
+        targets = tip_targets(self.robot, q).astype(DTYPES[self.real])
         found = numeric_inverse(targets, starts, params=self.params)
         self._require_limits(found.q)
         self._require_bounds(numeric_inverse, targets[:PROBES], starts[:PROBES])
-        reported = np.stack([found.position_error, found.rotation_error], axis=1)
-        self._require_solved(found.solved, reported <= numeric_inverse.tolerances[self.real == "float"])
-        true = pose_errors(reference.pose(self.robot, found.q.astype(np.float64))[:, 0], targets.astype(np.float64))
+        if self.robot.is_tree:
+            require_free_parts(self.robot, numeric_inverse, self.module, self.real, self._name, self.params)
+        reported = np.stack([found.position_error, found.rotation_error], axis=1).reshape(count, 2, -1)
+        tolerances = np.array(numeric_inverse.tolerances[self.real == "float"])[:, None]
+        self._require_solved(found.solved, np.all(reported <= tolerances, axis=2))
+        true = tip_errors(self.robot, found.q.astype(np.float64), targets.astype(np.float64))
         apart, most = np.abs(reported - true), accepted_error(self.robot, self.real) * _ROUNDINGS
         accepted = np.array([most * reach(self.robot, self.robot.tips), most])
-        solved = true[found.solved].max(axis=0)
+        solved = true[found.solved].max(axis=(0, 2))
+        shares = apart / accepted[:, None]
         return Search(
             target=self.target,
             targets=count,
@@ -163,7 +172,8 @@ class _Tester:
             rotation_error=float(apart[:, 1].max()),
             position_tolerance=float(accepted[0]),
             rotation_tolerance=float(accepted[1]),
-            worst=tuple(map(float, q[(apart / accepted).max(axis=1).argmax()])),
+            worst=tuple(map(float, q[shares.max(axis=(1, 2)).argmax()])),
+            frame=self.robot.tips[int(shares.max(axis=(0, 1)).argmax())],
         )
 
     def _require_limits(self, q: Any) -> None:
@@ -180,20 +190,22 @@ class _Tester:
         short = numeric_inverse(targets, starts, params=self.params, tolerances=(0.0, 0.0), budget=4).iterations
         low, high = np.array(joint_box(self.robot)).T
         ends = np.where(np.arange(len(starts))[:, None] % 2, low - 1, high + 1)
-        beyond = reference.pose(self.robot, ends)[:, 0].astype(targets.dtype)
+        beyond = tip_targets(self.robot, ends).astype(targets.dtype)
         self._require_limits(numeric_inverse(beyond, starts, params=self.params, restarts=0).q)
         if steps.max() > 5 or short.max() > 4:
             raise ProofError(f"{self._name} takes more steps than allowed; nothing was written")
         for what, change in (("NaN", np.nan), ("an infinity", np.inf), ("no rotation", 2.0), ("a reflection", -1.0)):
             spoilt = targets.copy()
+            each = spoilt.reshape(len(spoilt), -1, 4, 4)
+            one = np.arange(len(each)), np.arange(len(each)) % each.shape[1]  # of several tips each in turn
             with np.errstate(invalid="ignore"):  # zero times infinity is NaN, which is as good
-                spoilt[:, :3, 0 if abs(change) <= 2 else 3] *= change
-            with unchecked(sys.modules[f"{self.package}._numeric_inverse"]):
+                each[(*one, slice(3), 0 if abs(change) <= 2 else 3)] *= change
+            with unchecked(self.module):
                 found = numeric_inverse(spoilt, starts, params=self.params, restarts=1)
             if found.solved.any() or found.iterations.any():
                 raise ProofError(f"{self._name} searches for targets with {what}; nothing was written")
 
-    def _require_solved(self, solved: Truths, near: Truths) -> None:
+    def _require_solved(self, solved: Truths, near: Any) -> None:
         if (solved & ~near.all(axis=1)).any():
             raise ProofError(
                 f"{self._name} reports targets as solved whose errors exceed the tolerance; nothing was written"
@@ -212,6 +224,7 @@ class _Tester:
 def in_numpy(package: ModuleType, search: Any) -> Any:
     """The same search as it would be without the compiled extension."""
     params = getattr(package, "Params", None)
+    tips = {"moving": search.moving} if hasattr(search, "moving") else {}
     return type(search)(
         search.__name__,
         module=package.__name__,
@@ -221,4 +234,5 @@ def in_numpy(package: ModuleType, search: Any) -> Any:
         reach=search.reach,
         tolerances=search.tolerances,
         params=params() if params else None,
+        **tips,
     )

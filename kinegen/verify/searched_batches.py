@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen import reference
 from kinegen.errors import ProofError
 from kinegen.native.package import runnable_variants, select_variant
 from kinegen.outputs import NUMERIC_INVERSE
@@ -24,6 +23,7 @@ from kinegen.robot.model import Robot
 from kinegen.verify.calls import LONGEST
 from kinegen.verify.impossible import unchecked
 from kinegen.verify.samples import SEED
+from kinegen.verify.tips import tip_targets, turned_weights
 from kinegen.verify.ways import DTYPES
 
 FloatArray = NDArray[np.float64]
@@ -49,28 +49,28 @@ def require_search_batches(robot: Robot, package: ModuleType, real: str, params:
         ProofError: Naming the way that gives something else.
     """
     targets, starts = _mixed(robot, LONG, real)
-    with unchecked(sys.modules[f"{package.__name__}._numeric_inverse"]):
+    weights = {"weights": turned_weights(robot)} if robot.is_tree else {}
+    with unchecked(sys.modules[type(package.numeric_inverse).__module__]):
         for variant in runnable_variants(package) or ("",):
             if variant:
                 select_variant(package, variant)
-            _require_same(robot, package, real, _Case(package.numeric_inverse, targets, starts, params))
+            _require_same(robot, package, real, _Case(package.numeric_inverse, targets, starts, params, weights))
 
 
 class _Case:
     """Targets of all kinds, and the search for a part of them."""
 
-    def __init__(self, search: Any, targets: Any, starts: Any, params: Any) -> None:
-        self._search, self._targets, self._starts, self._params = search, targets, starts, params
+    def __init__(self, search: Any, targets: Any, starts: Any, params: Any, more: dict[str, Any]) -> None:
+        self._search, self._targets, self._starts = search, targets, starts
+        self._usual = {"restarts": _RESTARTS, "params": params, **more}
 
     def part(self, first: int, last: int, **options: Any) -> Any:
         """The results of some targets as one batch that begins with the first of them."""
-        options = {"restarts": _RESTARTS, "params": self._params, **options}
-        return self._search(self._targets[first:last], self._starts[first:last], **options)
+        return self._search(self._targets[first:last], self._starts[first:last], **{**self._usual, **options})
 
     def one(self, index: int, seed: int) -> Any:
         """The result of a target by itself."""
-        options = {"restarts": _RESTARTS, "params": self._params, "seed": seed}
-        return self._search(self._targets[index], self._starts[index], **options)
+        return self._search(self._targets[index], self._starts[index], seed=seed, **self._usual)
 
 
 def _require_same(robot: Robot, package: ModuleType, real: str, case: _Case) -> None:
@@ -101,13 +101,14 @@ def _contracts(package: ModuleType) -> bool:
 
 
 def _mixed(robot: Robot, count: int, real: str) -> tuple[Any, Any]:
-    """Targets (N, 4, 4) and starts (N, dof): most can be reached, and every seventh is of another kind."""
+    """Targets and starts (N, dof): most can be reached, and every seventh is of another kind, by its first tip."""
     low, high = np.array(joint_box(robot)).T
     q, starts = np.random.default_rng(SEED).uniform(low, high, (2, count, robot.dof))
-    targets = reference.pose(robot, q)[:, 0]
+    targets = tip_targets(robot, q)
+    first = targets.reshape(count, -1, 4, 4)[:, 0]
     kinds = np.where(np.arange(count) % 7 == 3, np.arange(count) // 7 % 4, -1)
-    targets[kinds == 0, 0, 3] = np.nan
-    targets[kinds == 1, 1, 1] = np.inf
-    targets[kinds == 2, :3, 3] *= 5  # out of reach: all restarts are taken
+    first[kinds == 0, 0, 3] = np.nan
+    first[kinds == 1, 1, 1] = np.inf
+    first[kinds == 2, :3, 3] *= 5  # out of reach: all restarts are taken
     starts[kinds == 3, -1] = np.nan
     return targets.astype(DTYPES[real]), starts.astype(DTYPES[real])

@@ -21,7 +21,7 @@ from kinegen.tables.seen import chain_of
 from kinegen.verify.moved import parameter_sets
 from kinegen.verify.samples import SEED
 from kinegen.verify.search import in_numpy
-from kinegen.verify.solved import pose_errors
+from kinegen.verify.tips import tip_errors, tip_targets
 from kinegen.verify.tolerances import accepted_error
 from kinegen.verify.varied import Alternating, require_varied
 from kinegen.verify.ways import DTYPES, Way, ways_to_call
@@ -116,10 +116,10 @@ def require_varied_search(robot: Robot, make: Any, search: Any, target: str, rea
     sets, turns = parameter_sets(robot), np.arange(count) % 2
     varied = make(*sets[turns].T)
     found = search(poses, starts, params=varied, restarts=_RESTARTS)
-    reported = np.stack([found.position_error, found.rotation_error], axis=1)
+    reported = np.stack([found.position_error, found.rotation_error], axis=1).reshape(count, 2, -1)
     apart = np.abs(reported - _true_errors(robot, found.q, poses, turns))
     most = accepted_error(robot, real) * _ROUNDINGS
-    if (apart > np.array([most * reach(robot, robot.tips), most])).any():
+    if (apart > np.array([[most * reach(robot, robot.tips)], [most]])).any():
         raise ProofError(f"{name} reports errors that are not those of its own parameters; nothing was written")
     if found.solved.mean() < LEAST_SHARE:
         solved = f"{int(found.solved.sum())} of {count:,} reachable targets"
@@ -135,7 +135,7 @@ def require_varied_search(robot: Robot, make: Any, search: Any, target: str, rea
 
 
 def _targets(robot: Robot, count: int, real: str) -> tuple[Any, Any]:
-    """Joint vectors (N, dof) and targets (N, 4, 4), in turn of the parameters of the file and of the moved ones."""
+    """Joint vectors (N, dof) and targets, in turn of the parameters of the file and of the moved ones."""
     low, high = np.array(joint_box(robot)).T
     q = np.random.default_rng(SEED).uniform(low, high, (count, robot.dof)).astype(DTYPES[real])
     return q, _poses(robot, q, np.arange(count) % 2).astype(DTYPES[real])
@@ -143,13 +143,20 @@ def _targets(robot: Robot, count: int, real: str) -> tuple[Any, Any]:
 
 def _poses(robot: Robot, q: Any, turns: Any) -> FloatArray:
     """Poses by the reference, each with its own set of parameters."""
-    names = [parameter.name for parameter in robot.runtime_parameters]
-    sets = [dict(zip(names, values, strict=True)) for values in parameter_sets(robot).tolist()]
-    found = [reference.pose(robot, q.astype(np.float64), values)[:, 0] for values in sets]
+    found = [tip_targets(robot, q.astype(np.float64), values) for values in _named_sets(robot)]
     poses: FloatArray = np.stack(found)[turns, np.arange(len(q))]
     return poses
 
 
 def _true_errors(robot: Robot, q: Any, targets: Any, turns: Any) -> FloatArray:
-    """Distances and angles to the targets, shape (N, 2)."""
-    return pose_errors(_poses(robot, q, turns), targets.astype(np.float64))
+    """Distances and angles to the targets, shape (N, 2, tips)."""
+    goals = targets.astype(np.float64)
+    found = [tip_errors(robot, q.astype(np.float64), goals, values) for values in _named_sets(robot)]
+    errors: FloatArray = np.stack(found)[turns, np.arange(len(q))]
+    return errors
+
+
+def _named_sets(robot: Robot) -> list[dict[str, float]]:
+    """The values of both sets of runtime parameters, by name."""
+    names = [parameter.name for parameter in robot.runtime_parameters]
+    return [dict(zip(names, values, strict=True)) for values in parameter_sets(robot).tolist()]

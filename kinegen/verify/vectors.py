@@ -78,7 +78,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
     has_inverse = any(program.quantity.kind is Kind.INVERSE for program in kernels.programs)
-    has_targets = kernels.numeric_inverse or has_inverse
+    has_targets = (kernels.numeric_inverse and robot.is_arm) or has_inverse
     chain = solved_chain(kernels)
     targets = _targets(chain) if has_targets else ()
     expected = {

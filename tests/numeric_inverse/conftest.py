@@ -14,26 +14,34 @@ from kinegen.native.package import load_package
 from kinegen.outputs import NUMERIC_INVERSE, Quantity
 from kinegen.pipeline import build
 from kinegen.results import BuildOptions
+from kinegen.verify import search as proof
 from tests.builds.workshop import ROBOTS, set_machine
 
 Packages = Callable[[str, str], ModuleType]
 
 
+def robot_file(name: str) -> Path:
+    """A robot of these tests, or one of `robots/`."""
+    own = Path(__file__).parent / "robots" / f"{name}.yaml"
+    return own if own.exists() else ROBOTS / f"{name}.yaml"
+
+
 @pytest.fixture(scope="session")
 def package(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> Packages:
-    """A package of a robot of `robots/` by its name and backend, `c` or `numpy`."""
+    """A package of a robot by its name and backend, `c` or `numpy`."""
 
     @cache
     def made(name: str, backend: str) -> ModuleType:
         folder = tmp_path_factory.mktemp(f"{name}_{backend}")
         with pytest.MonkeyPatch.context() as patch:
             set_machine(patch, cache_home)
+            patch.setattr(proof, "TARGETS", 60)
             options = BuildOptions(
                 output=folder,
                 quantities=(Quantity.POSE, NUMERIC_INVERSE),
                 compile=backend == "c",
                 flags=Flags(march=None, optimisation="1"),
             )
-            return load_package(build(Path(ROBOTS / f"{name}.yaml"), options, lambda _: None).folder)
+            return load_package(build(robot_file(name), options, lambda _: None).folder)
 
     return made

@@ -76,10 +76,9 @@ def test_the_bits_do_not_depend_on_compiler_or_level(real: Real, tmp_path: Path)
     assert told.pop().startswith("1 ")
 
 
-@pytest.mark.parametrize(("name", "reason"), [("hand", "it has several tips"), ("blocks", "it has no joints")])
-def test_robots_that_it_cannot_serve_are_refused(name: str, reason: str) -> None:
-    with pytest.raises(KinegenError, match=f"no numeric inverse for {name}: {reason}"):
-        lower_file(ROBOTS / f"{name}.yaml", (NUMERIC_INVERSE,))
+def test_a_robot_without_joints_is_refused() -> None:
+    with pytest.raises(KinegenError, match="no numeric inverse for blocks: it has no joints"):
+        lower_file(ROBOTS / "blocks.yaml", (NUMERIC_INVERSE,))
 
 
 def test_it_brings_the_kernel_it_needs_once() -> None:

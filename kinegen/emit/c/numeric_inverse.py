@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from kinegen.emit.c.arguments import wrapped_prototype
 from kinegen.emit.c.kernel import model_macro
+from kinegen.emit.c.numeric_inverse_tips import TipsContext, tips_context
 from kinegen.emit.environment import environment
 from kinegen.emit.functions import LINE, ROUTINES, Routine
 from kinegen.emit.kernels import Kernels, provenance
@@ -80,6 +81,8 @@ class SolverContext:
     rigid: str
     farthest: str
     costs: tuple[str, ...]
+    tips: TipsContext | None
+    target: str
 
 
 def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -97,7 +100,7 @@ def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
         name: environment().get_template(template).render(k=context, prefix=context.prefix, qualifier="static")
         for name, template in (
             (context.header, "c/numeric_inverse.h.jinja"),
-            (context.source, "c/numeric_inverse.c.jinja"),
+            (context.source, "c/numeric_inverse_tips.c.jinja" if context.tips else "c/numeric_inverse.c.jinja"),
         )
     }
 
@@ -108,6 +111,7 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
     stem = prefix(robot.name, real)
     header, source = (search_file(robot.name, suffix, real) for suffix in "hc")
     parameters = bool(robot.runtime_parameters)
+    extent = f"[{macro(robot.name, 'TIPS')}]" if robot.is_tree else ""
     prototype = f"int {function(robot.name, NUMERIC_INVERSE.function, real)}({_arguments(kernels, real)})"
     return SolverContext(
         **_numbers(robot, real),
@@ -138,9 +142,11 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         stall=TUNING.stall,
         samples=TUNING.samples,
         restarts=TUNING.restarts,
-        options=_members(real, _OPTIONS),
-        counts=_members(real, _COUNTS),
+        options=_members(_OPTIONS, f"{real} position_tolerance;"),
+        counts=_members(_COUNTS, f"{real} position_error{extent};"),
         costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(TUNING.rigid[real]):.0e}"),
+        tips=tips_context(robot, real),
+        target=target_name(robot),
     )
 
 
@@ -174,18 +180,19 @@ def _numbers(robot: Robot, real: Real) -> dict[str, str]:
     }
 
 
-def _members(real: Real, members: tuple[str, ...]) -> tuple[str, ...]:
+def _members(members: tuple[str, ...], above: str) -> tuple[str, ...]:
     """Members of a struct, as long as the errors or tolerances above them, so that comments begin in one column."""
-    above = "position_tolerance;" if members is _OPTIONS else "position_error;"
-    return tuple(member.ljust(len(f"{real} {above}")) for member in members)
+    return tuple(member.ljust(len(above)) for member in members)
 
 
 def _arguments(kernels: Kernels, real: Real) -> str:
     robot = kernels.robot
     stem, dof = prefix(robot.name, real), macro(robot.name, "DOF")
+    # Of many matrices a pointer: some compilers warn of `&targets[0][0]` for an array of numbers, others of arrays.
+    target = f"*{target_name(robot)}" if robot.is_tree else f"{target_name(robot)}[16]"
     return ", ".join(
         (
-            f"const {real} base_T_tool[16]",
+            f"const {real} {target}",
             f"const {real} start[{dof}]",
             *((f"const {params_type(robot.name, real)} *params",) if robot.runtime_parameters else ()),
             f"const {stem}_search *search",
@@ -193,6 +200,11 @@ def _arguments(kernels: Kernels, real: Real) -> str:
             f"{stem}_found *found",
         )
     )
+
+
+def target_name(robot: Robot) -> str:
+    """What the targets of a search are called in every language."""
+    return "base_T_tips" if robot.is_tree else "base_T_tool"
 
 
 def tolerances(robot: Robot, real: Real) -> tuple[Fraction, Fraction]:

@@ -16,9 +16,11 @@ from kinegen.emit.functions import ROUTINES
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.reals import Real
 from kinegen.emit.search import TUNING
+from kinegen.emit.tips import tips_of
 from kinegen.ir.program import Operator
 from kinegen.naming import c_file, function, guard, params_type, prefix, search_file
 from kinegen.outputs import NUMERIC_INVERSE
+from kinegen.robot.model import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,23 +69,26 @@ def emit_numeric_inverse_batch(kernels: Kernels, real: Real) -> dict[str, str]:
         .render(k=context, b=batch, prefix=context.prefix, qualifier=f"{context.prefix.upper()}_INLINE")
         for name, template in (
             (batch.header, "c/numeric_inverse_batch.h.jinja"),
-            (batch.source, "c/numeric_inverse_batch.c.jinja"),
+            (batch.source, f"c/numeric_inverse_{'tips_' if context.tips else ''}batch.c.jinja"),
         )
     }
 
 
-def search_batch_arguments(symbol: str, real: str, *, parameters: bool) -> tuple[str, ...]:
+def search_batch_arguments(symbol: str, real: str, *, parameters: bool, tips: bool) -> tuple[str, ...]:
     """The arguments of the search for many targets, each a declaration that ends in the name.
 
     Args:
         symbol: Name of the robot.
         real: Number type.
         parameters: Whether there are runtime parameters.
+        tips: Whether the robot is a tree, with a target for each tip.
     """
-    stem = prefix(symbol, real)
+    stem, target = prefix(symbol, real), "base_T_tips" if tips else "base_T_tool"
     return (
         "size_t n",
-        *(f"const {real} *base_T_tool", "ptrdiff_t base_T_tool_pose", "ptrdiff_t base_T_tool_joint"),
+        *(f"const {real} *{target}", f"ptrdiff_t {target}_pose"),
+        *(("ptrdiff_t base_T_tips_tip",) if tips else ()),
+        f"ptrdiff_t {target}_joint",
         *(f"const {real} *start", "ptrdiff_t start_pose", "ptrdiff_t start_joint"),
         *((f"const {params_type(symbol, real)} *params", "ptrdiff_t params_stride") if parameters else ()),
         *(f"const {stem}_search *search", "size_t first", f"{real} *q", "ptrdiff_t q_stride"),
@@ -94,7 +99,7 @@ def search_batch_arguments(symbol: str, real: str, *, parameters: bool) -> tuple
 def _batch(kernels: Kernels, real: Real) -> SearchBatch:
     robot, bits = kernels.robot, "f64" if real is Real.DOUBLE else "f32"
     header, source = (search_file(robot.name, suffix, real, batch=True) for suffix in "hc")
-    arguments = search_batch_arguments(robot.name, real, parameters=bool(robot.runtime_parameters))
+    arguments = search_batch_arguments(robot.name, real, parameters=bool(robot.runtime_parameters), tips=robot.is_tree)
     name = function(robot.name, NUMERIC_INVERSE.function, real, batch=True)
     tile = TILE_BYTES // (8 if real is Real.DOUBLE else 4)
     precision = "double" if real is Real.DOUBLE else "single"
@@ -108,12 +113,18 @@ def _batch(kernels: Kernels, real: Real) -> SearchBatch:
         declaration=wrapped_prototype(f"void {name}({', '.join(arguments)})"),
         routines=(*called, f"c/_select_{bits}.c.jinja"),
         tile=tile,
-        stack=f"{_stack(robot.dof)} KiB",
+        stack=f"{_stack(robot)} KiB",
         steps=steps_of(real.value, real.literal(TUNING.damping), real.literal(TUNING.least_damping[real])),
     )
 
 
-def _stack(dof: int) -> int:
+def _stack(robot: Robot) -> int:
     """KiB of the tile, of a step, and of the kernel that both call, which has as many rows as a step."""
-    rows = 12 + 2 * dof + 12 + 6 * dof + 6 + 6 + (6 * dof + 2 * dof + 27) + (dof + 12 + 6 * dof)
+    dof, tips = robot.dof, len(robot.tips)
+    equations = 27
+    if robot.is_tree:
+        size = dof if tips_of(robot).by_joints else 6 * tips
+        equations = size * (size + 1) // 2 + 2 * size
+    own = (12 + 12 + 6 * dof + 6) * tips + 2 * dof + 6 * len(robot.tips)
+    rows = own + (6 * dof * tips + 2 * dof + equations) + (dof + (12 + 6 * dof) * tips)
     return -(-rows * TILE_BYTES // 1024)

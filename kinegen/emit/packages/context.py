@@ -204,7 +204,7 @@ def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
 
 
 def _search_manual(search: SolverContext) -> Manual:
-    what = "Joint values for a pose of the tool, by a search."
+    what = f"Joint values for {'poses of all tips' if search.tips else 'a pose of the tool'}, by a search."
     return Manual(search.header, "", ((search.prototype, what, "a bounded number of steps"),))
 
 

@@ -96,7 +96,7 @@ def example_of(kernels: Kernels, vectors: Vectors, header: str, real: Real) -> E
         The call and its text.
     """
     programs = {program.quantity: program for program in kernels.programs if computed(program)}
-    if Quantity.POSE not in programs and kernels.numeric_inverse:
+    if Quantity.POSE not in programs and kernels.numeric_inverse and kernels.robot.is_arm:
         return _search(kernels, vectors, real)
     program = programs.get(Quantity.POSE) or next(iter(programs.values()), kernels.programs[0])
     arguments = [array.name for array in given(program)]

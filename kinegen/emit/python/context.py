@@ -47,6 +47,7 @@ class Numeric:
         joints: Where each joint may stand, as Python text.
         reach: What a position error is compared with.
         tolerances: Accepted errors for float64 and for float32, as Python text.
+        moving: The joints that move each tip of a tree, as Python text; empty for an arm.
     """
 
     name: str
@@ -54,6 +55,12 @@ class Numeric:
     joints: tuple[str, ...]
     reach: str
     tolerances: str
+    moving: tuple[str, ...]
+
+    @property
+    def wrapper(self) -> str:
+        """The class that it is an object of."""
+        return "TipsInverse" if self.moving else "NumericInverse"
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from kinegen.emit.python.context import Numeric, PackageContext, PublicKernel
 from kinegen.emit.python.example import example
 from kinegen.emit.python.stub import emit_stub
 from kinegen.emit.reals import Real
+from kinegen.emit.tips import tips_of
 from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
@@ -60,6 +61,9 @@ NAMES = "_names.py"
 NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
 """What is copied besides for the search for joint values."""
 
+TIPS = ("_tips_inverse.py", "_tips_search.py")
+"""What is copied besides for a search with several tips."""
+
 COMPLETE = ("_complete_inverse.py", "_elimination.py", "_targets.py")
 """What is copied besides for all solutions of an arm."""
 
@@ -87,7 +91,8 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
     files += (NAMES,) * context.named
     files += INVERSE * bool(context.branches)
-    files += NUMERIC * kernels.numeric_inverse + COMPLETE * kernels.complete_inverse
+    files += NUMERIC * kernels.numeric_inverse + TIPS * (kernels.numeric_inverse and kernels.robot.is_tree)
+    files += COMPLETE * kernels.complete_inverse
     banner = f"# {provenance(kernels.robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
@@ -253,6 +258,7 @@ def _numeric(kernels: Kernels) -> Numeric:
         ),
         reach=repr(float(reach(robot, robot.tips))),
         tolerances=repr(tuple(accepted)),
+        moving=tuple(map(_tuple, tips_of(robot).moving)) if robot.is_tree else (),
     )
 
 

@@ -90,6 +90,7 @@ _PLACES = {
     "._complete_inverse": ("CompleteInverse",),
     "._numeric_inverse": ("NumericInverse",),
     "._parameters": ("Values",),
+    "._tips_inverse": ("TipsInverse",),
 }
 """Where the names that a stub may use come from."""
 
@@ -121,6 +122,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
     ranges = "ACTUATOR_RANGES: tuple[tuple[float, float], ...]"
     units = ("ACTUATOR_UNITS: tuple[str, ...]", "check_actuators: ReadingCheck")
     actuators = ("ACTUATORS: tuple[str, ...]", ranges, *units)
+    numeric = context.numeric_inverse
     lists = {"FRAMES": context.frames, "TIPS": context.tips, "BRANCHES": context.branches, "PARAMETERS": context.varied}
     return StubContext(
         name=context.name,
@@ -134,7 +136,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
             *(actuators if context.actuators else ()),
             "within_limits: WithinLimits",
             "clamp: Clamp",
-            *([f"{context.numeric_inverse.name}: NumericInverse"] if context.numeric_inverse else []),
+            *([f"{numeric.name}: {numeric.wrapper}"] if numeric else []),
             *(["complete_inverse: CompleteInverse"] if context.complete_inverse else []),
             "backend: str",
         ),

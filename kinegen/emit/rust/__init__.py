@@ -55,6 +55,7 @@ RUST = Language(
     syntax=_syntax,
     files=_files,
     refuses=_refuses,
+    searches_trees=False,
     tools=("rustc",),
     install="rustc",
     tests=_tests,
