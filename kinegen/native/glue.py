@@ -69,6 +69,7 @@ class Interface:
         parameters: Names of the runtime parameters, in the order of the C struct.
         numeric_inverse: Whether it offers the search for joint values.
         complete_inverse: Whether it offers all solutions of an arm.
+        redundancy_range: Whether it offers the ranges of a redundancy.
     """
 
     symbol: str
@@ -77,6 +78,7 @@ class Interface:
     parameters: tuple[str, ...] = ()
     numeric_inverse: bool = False
     complete_inverse: bool = False
+    redundancy_range: bool = False
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""
