@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import COMPLETE_INVERSE, INVERSES, NUMERIC_INVERSE, REDUNDANCY_RANGE, SOLVERS, Array, Kind, Quantity
+from kinegen.outputs import (
+    COMPLETE_INVERSE,
+    INVERSES,
+    NUMERIC_INVERSE,
+    REDUNDANCY_RANGE,
+    SOLVERS,
+    Array,
+    Kind,
+    Quantity,
+)
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.inverse.derive import family_of, size_of

@@ -25,7 +25,15 @@ from kinegen.emit.reals import Real
 from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Array, Branches, Kind
+from kinegen.outputs import (
+    COMPLETE_INVERSE,
+    NUMERIC_INVERSE,
+    POSE_AND_JACOBIAN,
+    REDUNDANCY_RANGE,
+    Array,
+    Branches,
+    Kind,
+)
 from kinegen.robot.actuators.extent import reading_ranges
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot

@@ -233,6 +233,9 @@ class RedundancyRange:
             return q, np.where(exists, ((q - q0) ** 2).sum(axis=-1), np.finfo(kind).max)
 
         own, (start, end) = self._own(q0, limits), limits.ends
+        if not counts.any():
+            alone, far = consider(np.array([own], kind))
+            return alone[0], bool(far[0] < np.finfo(kind).max)
         low, high = intervals[np.arange(self.most) < counts[:, None]].T
         at = np.linspace(low, high, samples, axis=1)
         rows, places = np.arange(len(at)), consider(at)[1].argmin(axis=1)
