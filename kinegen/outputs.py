@@ -196,7 +196,7 @@ COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
 """All solutions of an arm with six turning joints, by elimination; it has no program of its own either."""
 
 REDUNDANCY_RANGE = Quantity(Kind.REDUNDANCY_RANGE)
-"""Where the redundancy of an inverse may be for a pose, and the nearest solution over all of it; no program of its own."""
+"""Where the redundancy of an inverse may be for a pose, and the nearest solution over all of it; no program either."""
 
 INVERSES = (Kind.INVERSE, Kind.AXIS_INVERSE)
 """Closed forms that give several joint vectors for a target."""

@@ -39,7 +39,7 @@ SAMPLES, STEPS = 17, 48
 GOLDEN = (3 - math.sqrt(5)) / 2
 
 BESIDE = 0.1
-"""How far beside the redundancy of the joint vector itself the nearest one is looked for as well, in part of the range."""
+"""How far beside the redundancy of the joint vector itself is looked for the nearest solution, in part of the range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +103,8 @@ def bounds_of(robot: Robot, branches: Branches, real: Real) -> tuple[tuple[float
         real: The number type.
 
     Returns:
-        None for a joint whose limits make no solution invalid: it has none, or they leave room for a whole turn. None for
-        the joint that is given, too.
+        None for a joint whose limits make no solution invalid: it has none, or they leave room for a whole turn; and
+        for the joint that is given.
     """
     given, largest = range_of(robot, branches, real).given, float(LARGEST[real])
     exact = joint_limits(robot, Real.DOUBLE)

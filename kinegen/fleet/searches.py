@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE
 
 ROWS = 1 << 12
 """Rows of a batch where something searches: fixed, so that random starts do not depend on the memory of a run."""
@@ -66,7 +66,11 @@ class Searching:
 
 def kernel_of(module: ModuleType, name: str) -> Any:
     """A kernel of a compiled robot by its name; a search in the form of one."""
-    makers = {NUMERIC_INVERSE.function: _numeric, COMPLETE_INVERSE.function: _complete}
+    makers = {
+        NUMERIC_INVERSE.function: _numeric,
+        COMPLETE_INVERSE.function: _complete,
+        REDUNDANCY_RANGE.function: _ranges,
+    }
     return makers[name](getattr(module, name)) if name in makers else getattr(module, name)
 
 
@@ -99,5 +103,19 @@ def _complete(inverse: Any) -> Searching:
 
     def solve(targets: Any, threads: int) -> tuple[Any, ...]:
         return tuple(inverse(targets, threads=threads))
+
+    return Searching((pose._replace(name=TARGET),), results, (), solve)
+
+
+def _ranges(ranges: Any) -> Searching:
+    """The ranges of a redundancy: intervals of each branch, and how many there are."""
+    (joints,), pose = ranges.kernel.inputs, ranges.kernel.results[0]
+    results = (
+        joints._replace(name="intervals", shape=(ranges.branches, ranges.most, 2)),
+        joints._replace(name="counts", shape=(ranges.branches,)),
+    )
+
+    def solve(targets: Any, threads: int) -> tuple[Any, ...]:
+        return tuple(ranges(targets, threads=threads))
 
     return Searching((pose._replace(name=TARGET),), results, (), solve)

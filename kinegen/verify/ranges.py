@@ -36,7 +36,7 @@ FEWER = 8
 """The poses of those whose whole range is solved."""
 
 FEWEST = 3
-"""The same for the form in NumPy, which takes a thousand times as long, and targets of each kind that has no interval."""
+"""Poses for the form in NumPy, which takes a thousand times as long, and targets of each kind without intervals."""
 
 VALUES = 1201
 """Values of the redundancy at which a whole range is solved."""

@@ -25,6 +25,15 @@ from kinegen.outputs import POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Branches, Kind
 from kinegen.robot.extent import reach
 from kinegen.robot.model import JointType, Robot
 
+_NEAREST_WORDS = (
+    "Near is what it is for the choice with a given redundancy, and q0 may be the same array as q. "
+    f"{numbers.SAMPLES} values in each interval of each branch are tried, ends among them, and that of q0 itself; a "
+    f"golden section of {numbers.STEPS} steps follows between the neighbours of the best one in each interval. No "
+    "value that was tried is nearer, and where distances are continuous the result is a local minimum; a nearer one between "
+    "the values that were tried may be missed. Returns 1 if there is a solution, else 0, and q is then NaN in every "
+    "entry."
+)
+
 
 @dataclass(frozen=True, slots=True)
 class RangeContext:
@@ -52,6 +61,7 @@ class RangeContext:
     kernel: str
     prototype: str
     declaration: tuple[str, ...]
+    nearest: str
     nearest_prototype: str
     nearest_declaration: tuple[str, ...]
     routines: tuple[Routine, ...]
@@ -139,6 +149,7 @@ def range_context(kernels: Kernels, real: Real) -> RangeContext:
         kernel=function(robot.name, POSE_AND_JACOBIAN.function, real),
         prototype=prototype,
         declaration=wrapped_prototype(prototype),
+        nearest=function(robot.name, numbers.ANY, real),
         nearest_prototype=nearest,
         nearest_declaration=wrapped_prototype(nearest),
         routines=tuple(ROUTINES[real][operator] for operator in (Operator.SQRT, Operator.ATAN2)[: 1 + is_circle]),
@@ -160,7 +171,7 @@ def _texts(robot: Robot, branches: Branches, real: Real) -> dict[str, str | tupl
         "redundancy": redundancy,
         "unit": robot.units.length if shifts else "rad",
         "lines": _wrapped(_circle_words() if is_circle else _line_words(robot, branches, real)),
-        "nearest_lines": _wrapped(_nearest_words(robot)),
+        "nearest_lines": _wrapped(_NEAREST_WORDS),
     }
 
 
@@ -184,21 +195,11 @@ def _line_words(robot: Robot, branches: Branches, real: Real) -> str:
         f"A bounded search: {numbers.PARTS} parts of the range are halved until, for each branch, the inverse at both "
         "ends and in the middle leaves no doubt: each joint is farther from its limits, or beyond one, and the target "
         "is farther out of reach, or branches are farther apart than they move in the part, and no joint moves by more "
-        f"than {numbers.SWEEP}. Both ends of an interval are values for which the inverse is valid, its room beside limits "
-        f"counting as within; the true end is less than {width:.1e} farther out. Narrower intervals and gaps may be "
+        f"than {numbers.SWEEP} rad. Both ends of an interval are values for which the inverse is valid, its room beside "
+        f"limits counting as within; the true end is less than {width:.1e} farther out. Narrower intervals and gaps may be "
         "missed, and so may wider ones where joints turn back twice within a part that looks settled. No more than "
         f"{numbers.BUDGET} parts are halved for a target, and no more than {numbers.RANGES} intervals of a branch, the "
         "lowest ones, are given. There is no heap or library."
-    )
-
-
-def _nearest_words(robot: Robot) -> str:
-    return (
-        f"Near is what it is for the choice with a given redundancy, and q0 may be the same array as q. {numbers.SAMPLES} "
-        "values in each interval of each branch are tried, ends among them, and that of q0 itself; a golden section of "
-        f"{numbers.STEPS} steps follows between the neighbours of the best one in each interval. No value that was tried is "
-        "nearer, and the result is a local minimum; a nearer one between the values that were tried may be missed. "
-        "Returns 1 if there is a solution, else 0, and q is then NaN in every entry."
     )
 
 
