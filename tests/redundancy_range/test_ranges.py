@@ -1,4 +1,4 @@
-"""Ranges of a redundancy: what is inside is valid, edges of the definition, refusals, and C as strict compilers see it."""
+"""Ranges of a redundancy: what is inside is valid, refusals, and C as strict compilers see it."""
 
 from __future__ import annotations
 

@@ -27,11 +27,11 @@ from kinegen.robot.model import JointType, Robot
 
 _NEAREST_WORDS = (
     "Near is what it is for the choice with a given redundancy, and q0 may be the same array as q. "
-    f"{numbers.SAMPLES} values in each interval of each branch are tried, ends among them, and that of q0 itself; a "
+    f"{numbers.SAMPLES} values in each interval of each branch are tried, ends among them, and that of q0 itself. A "
     f"golden section of {numbers.STEPS} steps follows between the neighbours of the best one in each interval. No "
-    "value that was tried is nearer, and where distances are continuous the result is a local minimum; a nearer one between "
-    "the values that were tried may be missed. Returns 1 if there is a solution, else 0, and q is then NaN in every "
-    "entry."
+    "value that was tried is nearer, and where distances are continuous the result is a local minimum. A nearer one "
+    "between the values that were tried may be missed. Returns 1 if there is a solution, else 0, and q is then NaN in "
+    "every entry."
 )
 
 
@@ -195,12 +195,19 @@ def _line_words(robot: Robot, branches: Branches, real: Real) -> str:
         f"A bounded search: {numbers.PARTS} parts of the range are halved until, for each branch, the inverse at both "
         "ends and in the middle leaves no doubt: each joint is farther from its limits, or beyond one, and the target "
         "is farther out of reach, or branches are farther apart than they move in the part, and no joint moves by more "
-        f"than {numbers.SWEEP} rad. Both ends of an interval are values for which the inverse is valid, its room beside "
-        f"limits counting as within; the true end is less than {width:.1e} farther out. Narrower intervals and gaps may be "
-        "missed, and so may wider ones where joints turn back twice within a part that looks settled. No more than "
-        f"{numbers.BUDGET} parts are halved for a target, and no more than {numbers.RANGES} intervals of a branch, the "
-        "lowest ones, are given. There is no heap or library."
+        f"than {numbers.SWEEP} rad. Both ends of an interval are values for which the inverse is valid, its room "
+        f"beside limits counting as within; the true end is less than {width:.1e} farther out. Narrower intervals and "
+        "gaps may be missed, and so may wider ones where joints turn back twice within a part that looks settled. No "
+        f"more than {numbers.BUDGET} parts are halved for a target; after that, ends and gaps are as coarse as the "
+        f"parts are. No more than {numbers.RANGES} intervals of a branch, the lowest ones, are given. There is no heap "
+        f"or library. About {_stack(real)} bytes of stack are needed."
     )
+
+
+def _stack(real: Real) -> int:
+    """Bytes of the stack that a call takes, roughly: samples of eight branches."""
+    number = 8 if real is Real.DOUBLE else 4
+    return -(-(numbers.FINENESS[real].depth + 8) * (64 * number + 16) // 1000) * 1000
 
 
 def _wrapped(text: str) -> tuple[str, ...]:
