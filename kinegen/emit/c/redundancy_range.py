@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from kinegen.emit import redundancy_range as numbers
 from kinegen.emit.c.arguments import wrapped_prototype
@@ -157,7 +158,7 @@ def range_context(kernels: Kernels, real: Real) -> RangeContext:
     )
 
 
-def _texts(robot: Robot, branches: Branches, real: Real) -> dict[str, str | tuple[str, ...]]:
+def _texts(robot: Robot, branches: Branches, real: Real) -> dict[str, Any]:
     """The words of the files."""
     is_circle = numbers.range_of(robot, branches, real).given < 0
     shifts = any(each.name == robot.redundancy and each.type is JointType.PRISMATIC for each in robot.variables)
@@ -214,7 +215,7 @@ def _wrapped(text: str) -> tuple[str, ...]:
     return tuple(textwrap.wrap(text, LINE, break_on_hyphens=False))
 
 
-def _counts(robot: Robot, branches: Branches, real: Real) -> dict[str, int]:
+def _counts(robot: Robot, branches: Branches, real: Real) -> dict[str, Any]:
     """The sizes and bounds of loops."""
     return {
         "dof": robot.dof,
@@ -229,7 +230,7 @@ def _counts(robot: Robot, branches: Branches, real: Real) -> dict[str, int]:
     }
 
 
-def _literals(robot: Robot, branches: Branches, real: Real) -> dict[str, str]:
+def _literals(robot: Robot, branches: Branches, real: Real) -> dict[str, Any]:
     """The numbers of the search as C text."""
     found, fineness, largest = numbers.range_of(robot, branches, real), numbers.FINENESS[real], float(LARGEST[real])
     bounds = numbers.bounds_of(robot, branches, real)
@@ -244,7 +245,7 @@ def _literals(robot: Robot, branches: Branches, real: Real) -> dict[str, str]:
         "per_sweep": [1 / sweep for sweep in sweeps],
         "per_turn": [1 / turn if turn else 0.0 for turn in turns],
     }
-    single = {
+    single: dict[str, Any] = {
         "rounding": ROUNDING[real],
         "least_off": fineness.least_off,
         "per_reach": 1 / size,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.floating[Any]]
 Truths = NDArray[np.bool_]
-Solve = Callable[[Floats, Floats], tuple[Floats, Truths]]
+Solve = Callable[[Floats], tuple[Floats, Truths]]
 Look = Callable[[Floats], tuple[Floats, Floats]]
 
 _TURN = 2 * math.pi
@@ -229,10 +229,15 @@ def _apart(a: Floats, b: Floats, limits: Limits) -> Floats:
     return found
 
 
+def _stacked(samples: tuple[Samples, ...], place: int) -> Any:
+    """One field of some samples, one behind the other."""
+    return np.stack([each[place] for each in samples])
+
+
 def _settled(first: Samples, middle: Samples, last: Samples, limits: Limits) -> Truths:
     """Between which three samples nothing changes in any branch; see the C file for the reasons."""
     three = (first, middle, last)
-    q, off, apart = (np.stack([each[place] for each in three]) for place in (1, 2, 3))
+    q, off, apart = (_stacked(three, place) for place in (1, 2, 3))
     valid = np.stack([each.valid for each in three])
     moves = np.stack([_apart(each.q, middle.q, limits) for each in three])
     spread = moves.max(axis=0) - moves.min(axis=0)
