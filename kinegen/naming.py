@@ -230,6 +230,11 @@ def complete_file(robot: str, extension: str) -> str:
     return f"{robot}_complete_inverse.{extension}"
 
 
+def range_file(robot: str, extension: str, real: str = "double") -> str:
+    """The files of the ranges of a redundancy of one number type: `iiwa14_redundancy_range.c`."""
+    return f"{prefix(robot, real)}_redundancy_range.{extension}"
+
+
 def selftest_file(robot: str, real: str = "double") -> str:
     """The self-test of one number type: `puma560_selftest.c`."""
     return f"{prefix(robot, real)}_selftest.c"

@@ -114,6 +114,7 @@ class Kind(StrEnum):
     JACOBIAN_ACTUATORS = "jacobian_actuators"
     NUMERIC_INVERSE = "numeric_inverse"
     COMPLETE_INVERSE = "complete_inverse"
+    REDUNDANCY_RANGE = "redundancy_range"
 
 
 class Reference(StrEnum):
@@ -145,6 +146,7 @@ _FRAMELESS = (
     Kind.JOINTS_TO_ACTUATORS,
     Kind.NUMERIC_INVERSE,
     Kind.COMPLETE_INVERSE,
+    Kind.REDUNDANCY_RANGE,
 )
 
 
@@ -210,11 +212,14 @@ NUMERIC_INVERSE = Quantity(Kind.NUMERIC_INVERSE)
 COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
 """All solutions of an arm with six turning joints, by elimination; it has no program of its own either."""
 
+REDUNDANCY_RANGE = Quantity(Kind.REDUNDANCY_RANGE)
+"""Where the redundancy of an inverse may be for a pose, and the nearest solution over all of it; no program either."""
+
 INVERSES = (Kind.INVERSE, Kind.AXIS_INVERSE)
 """Closed forms that give several joint vectors for a target."""
 
-SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE)
-"""Outputs without a program, which need the pose with its Jacobian."""
+SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE, REDUNDANCY_RANGE)
+"""Outputs without a program, which need the pose with its Jacobian; the last one needs the inverse too."""
 
 USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
 """What is built where nothing else is asked for."""
@@ -318,8 +323,9 @@ def parse_quantity(text: str) -> Quantity:
 def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """The quantities that have programs, with those that others are built on."""
     programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
-    missing = any(solver in quantities for solver in SOLVERS) and POSE_AND_JACOBIAN not in programs
-    return (*programs, POSE_AND_JACOBIAN) if missing else programs
+    needed = (POSE_AND_JACOBIAN,) * any(solver in quantities for solver in SOLVERS)
+    needed += (Quantity(Kind.INVERSE),) * (REDUNDANCY_RANGE in quantities)
+    return (*programs, *(each for each in needed if each not in programs))
 
 
 def every_quantity() -> tuple[Quantity, ...]:

@@ -29,11 +29,12 @@ from kinegen.emit.files import emit_files, emit_integers
 from kinegen.emit.fixed.kernels import fixed_kernels
 from kinegen.emit.kernels import Kernels
 from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.emit.range_refusal import refusal
 from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError
 from kinegen.formats.load import load
 from kinegen.ir.lower import program_of, runtime_defaults
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE, USUAL, Kind, Quantity, every_quantity
 from kinegen.robot.calibrated import DH, calibrated
 from kinegen.robot.model import Robot
 from kinegen.verify.integer_vectors import fixed_vectors
@@ -68,7 +69,8 @@ def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
             found.append(program_of(robot, quantity))
         except KinegenError:
             continue  # such as an inverse of an arm without a closed form
-    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.dof > 0, _has_all_solutions(robot))
+    has_range = not refusal(robot) and any(program.quantity.kind is Kind.INVERSE for program in found)
+    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.dof > 0, _has_all_solutions(robot), has_range)
 
 
 def _has_all_solutions(robot: Robot) -> bool:
@@ -94,6 +96,7 @@ def outputs(robot: Robot) -> str:
     kernels = programs(robot, quantities_of(robot))
     quantities = [program.quantity for program in kernels.programs] + [NUMERIC_INVERSE] * kernels.numeric_inverse
     quantities += [COMPLETE_INVERSE] * kernels.complete_inverse
+    quantities += [REDUNDANCY_RANGE] * kernels.redundancy_range
     return ",".join(map(str, quantities))
 
 

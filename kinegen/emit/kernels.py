@@ -7,6 +7,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
+from kinegen.emit import range_refusal
 from kinegen.emit.complete.screws import refusal, refused
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
@@ -28,6 +29,7 @@ class Kernels:
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
         complete_inverse: Whether all solutions of an arm with six turning joints are wanted, which need it too.
+        redundancy_range: Whether the ranges of the redundancy are wanted, which need it and the inverse.
 
     Raises:
         KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
@@ -38,6 +40,7 @@ class Kernels:
     defaults: tuple[Fraction, ...]
     numeric_inverse: bool = False
     complete_inverse: bool = False
+    redundancy_range: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
@@ -45,6 +48,8 @@ class Kernels:
             raise KinegenError(f"no numeric inverse for {self.robot.name}: it has no joints", self.robot.source)
         if self.complete_inverse and (reason := refusal(self.robot)):
             raise refused(self.robot, reason)
+        if self.redundancy_range and (reason := range_refusal.refusal(self.robot)):
+            raise range_refusal.refused(self.robot, reason)
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

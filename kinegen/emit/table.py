@@ -71,6 +71,7 @@ def command_line(kernels: Kernels, *more: str) -> str:
     outputs = [str(program.quantity) for program in kernels.programs]
     outputs += [str(Kind.NUMERIC_INVERSE)] * kernels.numeric_inverse
     outputs += [str(Kind.COMPLETE_INVERSE)] * kernels.complete_inverse
+    outputs += [str(Kind.REDUNDANCY_RANGE)] * kernels.redundancy_range
     chosen = [parameter.name for parameter in kernels.robot.parameters if parameter.chosen]
     options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else [])]
     options += [f"--redundancy {kernels.robot.redundancy}"] * bool(kernels.robot.redundancy)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, Quantity
+from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE, Quantity
 from kinegen.robot.model import Robot
 
 ROWS = 1 << 12
@@ -75,7 +75,11 @@ def require_one_target(robot: Robot, quantities: Iterable[Quantity]) -> None:
 
 def kernel_of(module: ModuleType, name: str) -> Any:
     """A kernel of a compiled robot by its name; a search in the form of one."""
-    makers = {NUMERIC_INVERSE.function: _numeric, COMPLETE_INVERSE.function: _complete}
+    makers = {
+        NUMERIC_INVERSE.function: _numeric,
+        COMPLETE_INVERSE.function: _complete,
+        REDUNDANCY_RANGE.function: _ranges,
+    }
     return makers[name](getattr(module, name)) if name in makers else getattr(module, name)
 
 
@@ -108,5 +112,19 @@ def _complete(inverse: Any) -> Searching:
 
     def solve(targets: Any, threads: int) -> tuple[Any, ...]:
         return tuple(inverse(targets, threads=threads))
+
+    return Searching((pose._replace(name=TARGET),), results, (), solve)
+
+
+def _ranges(ranges: Any) -> Searching:
+    """The ranges of a redundancy: intervals of each branch, and how many there are."""
+    (joints,), pose = ranges.kernel.inputs, ranges.kernel.results[0]
+    results = (
+        joints._replace(name="intervals", shape=(ranges.branches, ranges.most, 2)),
+        joints._replace(name="counts", shape=(ranges.branches,)),
+    )
+
+    def solve(targets: Any, threads: int) -> tuple[Any, ...]:
+        return tuple(ranges(targets, threads=threads))
 
     return Searching((pose._replace(name=TARGET),), results, (), solve)

@@ -70,6 +70,7 @@ class Interface:
         numeric_inverse: Whether it offers the search for joint values.
         complete_inverse: Whether it offers all solutions of an arm.
         tips: Number of tips of a tree; 0 for an arm.
+        redundancy_range: Whether it offers the ranges of a redundancy.
     """
 
     symbol: str
@@ -79,6 +80,7 @@ class Interface:
     numeric_inverse: bool = False
     complete_inverse: bool = False
     tips: int = 0
+    redundancy_range: bool = False
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""

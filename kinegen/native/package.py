@@ -22,6 +22,7 @@ from kinegen.native.complete import complete_declarations, complete_glue
 from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
+from kinegen.native.ranges import range_declarations, range_glue
 from kinegen.native.search import search_declarations, search_glue
 
 _numbers = itertools.count()
@@ -49,6 +50,7 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         numeric_inverse=kernels.numeric_inverse,
         complete_inverse=kernels.complete_inverse,
         tips=len(robot.tips) if robot.is_tree else 0,
+        redundancy_range=kernels.redundancy_range,
     )
 
 
@@ -78,6 +80,9 @@ def build_extension(
     if interface.complete_inverse:
         more += complete_declarations(interface)
         kernels |= complete_glue(interface)
+    if interface.redundancy_range:
+        more += range_declarations(interface)
+        kernels |= range_glue(interface)
     return compile_extension(
         {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),

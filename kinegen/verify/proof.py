@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import COMPLETE_INVERSE, INVERSES, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
+from kinegen.outputs import (
+    COMPLETE_INVERSE,
+    INVERSES,
+    NUMERIC_INVERSE,
+    REDUNDANCY_RANGE,
+    SOLVERS,
+    Array,
+    Kind,
+    Quantity,
+)
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.inverse.derive import family_of, size_of
@@ -29,6 +38,7 @@ from kinegen.verify.inverse import Trial, counts_line, try_inverse
 from kinegen.verify.known import PLACES, Known
 from kinegen.verify.machine import try_machine
 from kinegen.verify.moved import move_parameters, parameter_sets
+from kinegen.verify.ranges import Ranged, ranges_line, try_ranges
 from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
@@ -92,7 +102,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         comparisons += map(_complete_comparison, completed)
         counts.append(complete_line(completed[0]))
     for quantity, real in itertools.product((each for each in inverses if each != COMPLETE_INVERSE), reals):
-        attempt = _search if quantity == NUMERIC_INVERSE else _solve
+        attempt = {NUMERIC_INVERSE: _search, REDUNDANCY_RANGE: _range}.get(quantity, _solve)
         found, told = attempt(robot, package, quantity, real)
         counts += [told] * (real == reals[0])
         comparisons += found
@@ -143,17 +153,31 @@ def _search_comparison(search: Search, real: str) -> Comparison:
 
 
 def _complete_comparison(completed: Completed) -> Comparison:
+    return _solver_comparison(completed, f"{completed.target}, all solutions", COMPLETE_INVERSE, "double")
+
+
+def _range(
+    robot: Robot, package: ModuleType, quantity: Quantity, real: str, _values: tuple[float, ...] | None = None
+) -> tuple[list[Comparison], str]:
+    found = try_ranges(robot, package, real)
+    return [_solver_comparison(each, f"{each.target}, nearest of all", quantity, real) for each in found], ranges_line(
+        found[0]
+    )
+
+
+def _solver_comparison(tried: Completed | Ranged, target: str, quantity: Quantity, real: str) -> Comparison:
+    """What the trial of an output without a program comes to."""
     return Comparison(
-        target=f"{completed.target}, all solutions",
-        quantity=COMPLETE_INVERSE,
-        poses=completed.targets,
-        position_error=completed.position_error,
-        rotation_error=completed.rotation_error,
-        position_tolerance=completed.position_tolerance,
-        rotation_tolerance=completed.rotation_tolerance,
-        worst=completed.worst,
+        target=target,
+        quantity=quantity,
+        poses=tried.targets,
+        position_error=tried.position_error,
+        rotation_error=tried.rotation_error,
+        position_tolerance=tried.position_tolerance,
+        rotation_tolerance=tried.rotation_tolerance,
+        worst=tried.worst,
         frame=TOOL,
-        real="double",
+        real=real,
     )
 
 

@@ -36,6 +36,8 @@ def page_kernels(robot: Robot, outputs: tuple[Quantity, ...] = ()) -> Kernels:
         raise KinegenError("numeric_inverse is not an output of a page, which has its own search", robot.source)
     if any(quantity.kind is Kind.COMPLETE_INVERSE for quantity in wanted):
         raise KinegenError("complete_inverse is not an output of a page: it is in C and Python alone", robot.source)
+    if any(quantity.kind is Kind.REDUNDANCY_RANGE for quantity in wanted):
+        raise KinegenError("redundancy_range is not an output of a page: it is in C and Python alone", robot.source)
     if robot.redundancy and Quantity(Kind.INVERSE) in wanted:
         reason = f"a page has no input for the redundancy ({robot.redundancy}); it searches for joint values"
         raise KinegenError(f"inverse: {reason}", robot.source)

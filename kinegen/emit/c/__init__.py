@@ -27,10 +27,13 @@ def _files(kernels: Kernels, real: str) -> dict[str, str]:
     from kinegen.emit.c.kernel import emit_kernel
     from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
     from kinegen.emit.c.numeric_inverse_batch import emit_numeric_inverse_batch
+    from kinegen.emit.c.redundancy_range import emit_redundancy_range
 
     files = emit_kernel(kernels, Real(real)) | emit_batch(kernels, Real(real))
     if kernels.numeric_inverse:
         files |= emit_numeric_inverse(kernels, Real(real)) | emit_numeric_inverse_batch(kernels, Real(real))
+    if kernels.redundancy_range:
+        files |= emit_redundancy_range(kernels, Real(real))
     has_complete = kernels.complete_inverse and Real(real) is Real.DOUBLE
     return files | (emit_complete_inverse(kernels) if has_complete else {})
 

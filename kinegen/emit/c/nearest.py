@@ -18,7 +18,7 @@ from kinegen.naming import function, macro, params_type, prefix
 from kinegen.outputs import Branches
 from kinegen.robot.model import Robot
 
-_ROUNDING = {Real.DOUBLE: Fraction(3 * 2**51), Real.FLOAT: Fraction(3 * 2**22)}
+ROUNDING = {Real.DOUBLE: Fraction(3 * 2**51), Real.FLOAT: Fraction(3 * 2**22)}
 """Adding and subtracting this rounds to a whole number."""
 
 
@@ -109,7 +109,7 @@ def nearest_of(kernels: Kernels, real: Real) -> Nearest | None:
         given=branches.given,
         joints=tuple(_joint(index, each, real) for index, each in enumerate(turnings(robot, branches, real))),
         last=robot.dof - 1,
-        rounding=real.literal(_ROUNDING[real]),
+        rounding=real.literal(ROUNDING[real]),
         largest=real.literal(LARGEST[real]),
         zero=real.literal(Fraction(0)),
         one=real.literal(Fraction(1)),

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 def _refuses(quantity: Quantity) -> str:
     if quantity.kind is Kind.COMPLETE_INVERSE:
         return "C++ calls that of C, in NAME_complete_inverse.h"
+    if quantity.kind is Kind.REDUNDANCY_RANGE:
+        return "C++ calls that of C, in NAME_redundancy_range.h"
     return "it is a search; C++ calls that of C, see docs/cpp.md" if quantity.kind is Kind.NUMERIC_INVERSE else ""
 
 

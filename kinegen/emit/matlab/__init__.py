@@ -37,6 +37,8 @@ _FUNCTIONS = frozenset(
 
 
 def _refuses(quantity: Quantity) -> str:
+    if quantity.kind is Kind.REDUNDANCY_RANGE:
+        return "it is in C and Python alone"
     if quantity.kind is Kind.COMPLETE_INVERSE:
         return "it is in C and Python alone"
     if quantity.kind is Kind.NUMERIC_INVERSE:

@@ -11,6 +11,7 @@ from kinegen.emit.c.complete_inverse import CompleteContext, complete_context
 from kinegen.emit.c.expected import Vectors
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
+from kinegen.emit.c.redundancy_range import RangeContext, range_context
 from kinegen.emit.complete.screws import require_double
 from kinegen.emit.fixed.kernel import FixedContext, fixed_context
 from kinegen.emit.fixed.kernels import FixedKernels
@@ -92,6 +93,7 @@ class ProjectContext:
     choices: tuple[str, ...]
     searches: tuple[SolverContext, ...]
     complete: tuple[CompleteContext, ...]
+    ranges: tuple[RangeContext, ...]
     headers: tuple[str, ...]
     sources: tuple[str, ...]
     manuals: tuple[Manual, ...]
@@ -128,6 +130,8 @@ def project_context(
     if kernels.complete_inverse:
         require_double(robot, reals)
     complete = (complete_context(kernels),) if kernels.complete_inverse else ()
+    ranges = tuple(range_context(kernels, real) for real in reals) if kernels.redundancy_range else ()
+    solvers = (*searches, *complete, *ranges)
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -146,12 +150,14 @@ def project_context(
         choices=tuple(each.nearest.name for each in floats if each.nearest),
         searches=searches,
         complete=complete,
-        headers=(*(each.header for each in contexts), *(each.header for each in (*searches, *complete))),
-        sources=(*(each.source for each in contexts), *(each.source for each in (*searches, *complete))),
+        ranges=ranges,
+        headers=(*(each.header for each in contexts), *(each.header for each in solvers)),
+        sources=(*(each.source for each in contexts), *(each.source for each in solvers)),
         manuals=(
             *(_manual(kernels, context) for context in contexts),
             *map(_search_manual, searches),
             *map(_complete_manual, complete),
+            *map(_range_manual, ranges),
         ),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
@@ -168,6 +174,7 @@ def _steps(kernels: Kernels) -> str:
     """Which functions take the same time for all inputs."""
     if all(map(is_straight, kernels.programs)):
         loops = ["the search"] * kernels.numeric_inverse + ["the complete inverse"] * kernels.complete_inverse
+        loops += ["the ranges of the redundancy"] * kernels.redundancy_range
         functions = f"every function but {' and '.join(loops)} takes" if loops else "every function takes"
     else:
         functions = "a function without square roots, arc tangents and selections takes"
@@ -211,6 +218,14 @@ def _search_manual(search: SolverContext) -> Manual:
 def _complete_manual(complete: CompleteContext) -> Manual:
     what = "All joint vectors for a pose of the tool."
     return Manual(complete.header, "", ((complete.prototype, what, "a bounded number of steps"),))
+
+
+def _range_manual(ranges: RangeContext) -> Manual:
+    intervals = f"Intervals of {ranges.redundancy} for a pose of the tool."
+    nearest = "The solution nearest to a joint vector, over all of these."
+    cost = "a bounded number of solutions of the inverse"
+    functions = (ranges.prototype, intervals, cost), (ranges.nearest_prototype, nearest, cost)
+    return Manual(ranges.header, "", functions)
 
 
 def _sentence(robot: Robot, about: str) -> str:

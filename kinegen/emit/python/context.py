@@ -64,6 +64,21 @@ class Numeric:
 
 
 @dataclass(frozen=True, slots=True)
+class RangeOptions:
+    """The ranges of a redundancy.
+
+    Attributes:
+        redundancy: What it is, in words.
+        most: Intervals of a branch at most.
+        lines: Arguments of the constructor, as Python text.
+    """
+
+    redundancy: str
+    most: int
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class PackageContext:
     """What the template `python/__init__.py.jinja` is given."""
 
@@ -91,5 +106,6 @@ class PackageContext:
     has_jacobians: bool
     numeric_inverse: Numeric | None
     complete_inverse: bool
+    redundancy_range: RangeOptions | None
     stamp: str
     exported: tuple[str, ...]

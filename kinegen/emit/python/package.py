@@ -19,13 +19,22 @@ from kinegen.emit.nearest import turnings
 from kinegen.emit.python.complete import emit_tables
 from kinegen.emit.python.context import Numeric, PackageContext, PublicKernel
 from kinegen.emit.python.example import example
+from kinegen.emit.python.ranges import RANGED, range_options
 from kinegen.emit.python.stub import emit_stub
 from kinegen.emit.reals import Real
 from kinegen.emit.tips import tips_of
 from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Branches, Kind
+from kinegen.outputs import (
+    COMPLETE_INVERSE,
+    NUMERIC_INVERSE,
+    POSE_AND_JACOBIAN,
+    REDUNDANCY_RANGE,
+    Array,
+    Branches,
+    Kind,
+)
 from kinegen.robot.actuators.extent import reading_ranges
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
@@ -73,6 +82,9 @@ ACTUATORS = "_actuators.py"
 INVERSE = ("_inverse.py", "_nearest.py", "_targets.py")
 """What is copied besides where there is a closed-form inverse."""
 
+INVERSE_CLASSES = ("Inverse", "RangedInverse")
+"""The class of an inverse: without and with ranges of its redundancy."""
+
 _DTYPES = {Real.DOUBLE: "float64", Real.FLOAT: "float32"}
 
 
@@ -91,6 +103,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
     files += (NAMES,) * context.named
     files += INVERSE * bool(context.branches)
+    files += RANGED * kernels.redundancy_range
     files += NUMERIC * kernels.numeric_inverse + TIPS * (kernels.numeric_inverse and kernels.robot.is_tree)
     files += COMPLETE * kernels.complete_inverse
     banner = f"# {provenance(kernels.robot)}\n# SPDX-License-Identifier: 0BSD\n"
@@ -139,6 +152,7 @@ def _context(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> PackageCo
         has_jacobians=has_jacobians,
         numeric_inverse=_numeric(kernels) if kernels.numeric_inverse else None,
         complete_inverse=kernels.complete_inverse,
+        redundancy_range=range_options(kernels, branches) if kernels.redundancy_range and branches else None,
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
@@ -156,10 +170,11 @@ def _exported(
     names += ["FRAMES"] * has_frames + ["TIPS"] * robot.is_tree + ["Params"] * bool(robot.runtime_parameters)
     names += ["PARAMETERS"] * bool(varied_names(kernels))
     names += ["condition_number", "manipulability"] * has_jacobians
-    names += ["BRANCHES"] * any(function.wrapper == "Inverse" for function in functions)
+    names += ["BRANCHES"] * any(function.wrapper in INVERSE_CLASSES for function in functions)
     names += ["ACTUATORS", "ACTUATOR_RANGES", "ACTUATOR_UNITS", "check_actuators"] * has_actuators(kernels)
     names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
     names += [COMPLETE_INVERSE.function] * kernels.complete_inverse
+    names += [REDUNDANCY_RANGE.function] * kernels.redundancy_range
     return tuple(sorted(names, key=_export_key))
 
 
@@ -187,7 +202,7 @@ def _public(kernels: Kernels, program: Program, branches: Branches | None) -> Pu
         results=_arrays(results),
         relation=f"{given} {'gives' if len(program.signature.inputs) == 1 else 'give'} {gives}{several}",
         operations=operation_line(program),
-        wrapper="Inverse" if inverse else f"{'Named' * has_names}Kernel[{kind}]",
+        wrapper=INVERSE_CLASSES[kernels.redundancy_range] if inverse else f"{'Named' * has_names}Kernel[{kind}]",
         notes=notes_of(kernels, program, LINE - 4, tuple(Real)),
         options=_inverse_options(kernels.robot, inverse) if inverse else _name_options(order) * has_names,
     )

@@ -90,6 +90,7 @@ _PLACES = {
     "._complete_inverse": ("CompleteInverse",),
     "._numeric_inverse": ("NumericInverse",),
     "._parameters": ("Values",),
+    "._redundancy_range": ("RangedInverse", "RedundancyRange"),
     "._tips_inverse": ("TipsInverse",),
 }
 """Where the names that a stub may use come from."""
@@ -138,6 +139,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
             "clamp: Clamp",
             *([f"{numeric.name}: {numeric.wrapper}"] if numeric else []),
             *(["complete_inverse: CompleteInverse"] if context.complete_inverse else []),
+            *(["redundancy_range: RedundancyRange"] if context.redundancy_range else []),
             "backend: str",
         ),
         parameters=tuple(name for name, _ in context.parameters),
@@ -191,7 +193,8 @@ def _kernel(
         relation: Shapes and units in words.
         has_params: Whether the robot has runtime parameters.
     """
-    is_inverse = wrapper == "Inverse"
+    is_ranged = wrapper == "RangedInverse"
+    is_inverse = wrapper == "Inverse" or is_ranged
     result = "tuple[Floats, Truths]" if is_inverse else wrapper.partition("[")[2].removesuffix("]")
     given = "tuple[Floats, NDArray[Any]]" if is_inverse else result
     params = ("params: Params | None = None",) * has_params
@@ -199,12 +202,15 @@ def _kernel(
     options = (*params, f"out: {given} | None = None", "threads: int = 1", f"layout: {layouts}")
     options += ("nearest: ArrayLike | None = None", "check: bool = True") if is_inverse else ()
     taken = (f"{each.name}: Floats" for each in inputs)
+    # With `nearest` the redundancy, which comes last, may be chosen too.
+    asked = [f"{each.name}: ArrayLike" for each in inputs]
+    asked[-1] += " | None = None" * is_ranged
     written = (f"{_free(each, inputs)}: NDArray[Any]" for each in results)
     return StubKernel(
         name=name,
         base=wrapper,
         result=result,
-        arguments=(*(f"{each.name}: ArrayLike" for each in inputs), "*", *options),
+        arguments=(*asked, "*", *options),
         bound=(*taken, *written, "/", "*", *params, f"layout: {layouts}"),
         brief=brief,
         relation=relation,
