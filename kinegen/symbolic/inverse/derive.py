@@ -133,7 +133,7 @@ def family_of(robot: Robot) -> Family:
     if isinstance(family, Unknown):
         first, *others = family.reasons
         more = f" (and {len(others)} more, which `kinegen inspect` lists)" if others else ""
-        several = "; numeric_inverse takes targets of all tips, inverse@TOOL/WORKPIECE those of one as seen from another"
+        several = "; numeric_inverse takes targets of all tips, inverse@TOOL/WORKPIECE those of one tip"
         instead = "; numeric_inverse works for every arm" if robot.is_arm else several * bool(robot.dof)
         raise KinegenError(f"{robot.name} has no closed-form inverse: {first}{more}{instead}", robot.source)
     return family
