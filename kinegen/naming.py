@@ -195,6 +195,11 @@ def companion(function: str, part: str) -> str:
     return f"{function}_{part}"
 
 
+def wasm_function(robot: str, output: str) -> str:
+    """The function of one output in WebAssembly: `wasm_puma560_fk`."""
+    return f"wasm_{function(robot, output)}"
+
+
 def params_type(robot: str, real: str = "double") -> str:
     """The C type of the runtime parameters: `puma560_f32_params`."""
     return f"{prefix(robot, real)}_params"

@@ -19,6 +19,7 @@ from debian import install
 PACKAGES = {
     "node": "nodejs",
     "rustc": "rustc",
+    "cargo": "cargo",
     "clang": "clang",
     "wasm-ld": "lld",
     "g++": "g++",

@@ -121,7 +121,7 @@ def test_beside_genserkins_it_is_quick_and_does_not_fail_at_the_wrist(probe: Non
     "change",
     [
         ("pose[8] = -sb", "pose[8] = sb"),
-        ("/ machine[i]; /* where", "* 0.0; /* where"),
+        ("read_joints(joint, q); /* where", "for (int i = 0; i < 6; i++) q[i] = 0.0; /* where"),
         ("world->tran.y = pose[7]", "world->tran.y = pose[3]"),
         ("#define RADIAN 57.29577951308232", "#define RADIAN 57.2957"),
     ],

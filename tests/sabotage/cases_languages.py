@@ -104,6 +104,20 @@ _WASM = (
     ("a sign", r" \+ t", " - t", "puma560_fk_tile("),
     ("a length 1e-12 off", r"0\.4318", "0.431800000001", ""),
     ("a coefficient", r"0\.1666666666666663", "0.16666666666666627", ""),
+    ("a sine in the place of another", r"sines\[2\]\[i\]", "sines[3][i]", "puma560_fk_tile("),
+)
+
+
+def _wasm_call(name: str, old: str, new: str) -> Sabotage:
+    file, errors = "javascript/wasm/puma560_wasm.c", (CompileError,)
+    return Sabotage(f"WebAssembly: {name}", "puma560", "pose", file, old, new, "double", OPTION, errors=errors)
+
+
+_WASM_CALLS = (
+    ("another layout", r"16, 0\);", "16, 1);"),
+    ("joints that lie apart", r"q, 6, 1,", "q, 5, 1,"),
+    ("results that lie apart", r"base_T_tool, 16,", "base_T_tool, 12,"),
+    ("one configuration too few", r"_batch\(n,", "_batch(n - 1,"),
 )
 
 
@@ -115,6 +129,7 @@ def _wasm(name: str, old: str, new: str, after: str) -> Sabotage:
 
 CASES = (
     *(_wasm(*each) for each in _WASM),
+    *(_wasm_call(*each) for each in _WASM_CALLS),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _POSE),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _TABLES),
     *(_case(name, "puma560", "inverse", *rest) for name, *rest in _INVERSE),

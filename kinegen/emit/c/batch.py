@@ -13,7 +13,7 @@ from functools import partial
 from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
 from kinegen.emit.c.direct import Direct, direct_way
 from kinegen.emit.c.kernel import KernelContext, kernel_context
-from kinegen.emit.c.pairs import many_pairs
+from kinegen.emit.c.pairs import MOST_CALLS, many_pairs
 from kinegen.emit.c.parts import ParamRows, param_rows, part
 from kinegen.emit.c.pieces import Pieces, pieces
 from kinegen.emit.c.syntax import c_printer
@@ -169,7 +169,9 @@ class BatchContext:
     nearest_arguments: str
 
 
-def emit_batch(kernels: Kernels, real: Real, *, turns_numbers: bool = False) -> dict[str, str]:
+def emit_batch(
+    kernels: Kernels, real: Real, *, turns_numbers: bool = False, most_calls: int = MOST_CALLS
+) -> dict[str, str]:
     """Print the batch kernels of one number type.
 
     Args:
@@ -177,6 +179,7 @@ def emit_batch(kernels: Kernels, real: Real, *, turns_numbers: bool = False) -> 
         real: The number type.
         turns_numbers: Whether results that are not matrices are turned in registers, too; for matrices that are given
             as sixteen numbers.
+        most_calls: As many sines and cosines of a kernel are calls of their own; more are taken in a loop.
 
     Returns:
         The header and the source, by file name.
@@ -187,7 +190,7 @@ def emit_batch(kernels: Kernels, real: Real, *, turns_numbers: bool = False) -> 
     if kernel.nearest and inverse:
         near = batch_arguments(*nearest_signature(inverse[0].signature), real, kernel.nearest.params_type)
     header = c_file(robot.name, "h", real, batch=True)
-    functions = tuple(_function(kernels, program, real) for program in kernels.programs)
+    functions = tuple(_function(kernels, program, real, most_calls) for program in kernels.programs)
     tiles = tuple(_tiles(functions, real))
     context = BatchContext(
         kernel=kernel,
@@ -234,7 +237,7 @@ def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
             )
 
 
-def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
+def _function(kernels: Kernels, program: Program, real: Real, most_calls: int) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
     params = params_type(kernels.robot.name, real) if kernels.robot.runtime_parameters else ""
     parts, name = part(program), function(kernels.robot.name, program.quantity.function, real)
@@ -242,7 +245,7 @@ def _function(kernels: Kernels, program: Program, real: Real) -> BatchFunction:
     printer = c_printer(real, f"{stem}_sincos", variables, stem, selects_bits=True)
     constants = {row: operand for row, operand in enumerate(program.outputs) if isinstance(operand, Constant)}
     places = [None if row in constants else f"t[{row}][i]" for row in range(len(program.outputs))]
-    pairs = many_pairs(program, parts.rest)
+    pairs = many_pairs(program, parts.rest, most_calls)
     short = pairs is not None or (real is Real.DOUBLE and len(program.outputs) > MOST_ROWS)
     size, suffix = ("SHORT_TILE", "_short") if short else ("TILE", "")
     loops = () if pairs is None else pairs.tile_lines(printer, real.value, f"{stem}_sincos", size)

@@ -59,6 +59,7 @@ class ControllerContext:
         joints: The joints.
         joint_lines: The joint vector in words.
         coordinates: Axes of the world.
+        words: Their places in it, counting x, y, z, a, b, c.
         length: The file's length unit.
         xml: The description for XML.
         millimetres: Millimetres in it, as a literal.
@@ -90,6 +91,7 @@ class ControllerContext:
     joints: tuple[ControlledJoint, ...]
     joint_lines: tuple[str, ...]
     coordinates: str
+    words: tuple[int, ...]
     length: str
     xml: str
     millimetres: str
@@ -136,6 +138,7 @@ def controller_context(kernels: Kernels, controller: Controller) -> ControllerCo
         joints=_joints(machine, real),
         joint_lines=joint_lines(robot),
         coordinates=machine.coordinates,
+        words=tuple(map("XYZABC".index, machine.coordinates)),
         length=robot.units.length,
         xml=escape(comment_text(robot.description) or robot.name).replace("--", "- -"),
         millimetres=real.literal(Fraction(machine.millimetres)),

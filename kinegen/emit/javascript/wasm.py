@@ -8,14 +8,14 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from kinegen.emit.c.arguments import computed, given
+from kinegen.emit.c.arguments import batch_arguments, computed, given, number_type
 from kinegen.emit.c.batch import TILE_BYTES, emit_batch
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.environment import environment
 from kinegen.emit.kernels import Kernels, provenance
 from kinegen.emit.reals import Real
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, function
+from kinegen.naming import c_file, function, params_type, wasm_function
 from kinegen.outputs import Array
 
 FOLDER = "wasm"
@@ -25,7 +25,11 @@ FLAGS = (
     "--target=wasm32 -Os -msimd128 -ffreestanding -nostdlib -ffp-contract=off -std=c99 -Wl,--no-entry -Wl,--strip-all"
     " -Wl,--stack-first"
 )
-"""With `-O3` clang unrolls every loop over a tile: 25 kB for a pose in place of 8 kB, and no faster."""
+"""With `-O2` clang unrolls every loop over a tile: twice the size for a pose, and no faster. With `-Oz` it makes no
+vectors, and a pose takes twice the time."""
+
+_MOST_CALLS = 1
+"""Sines and cosines that are calls of their own. Each would be a copy of the routine, 350 bytes; a loop is as fast."""
 
 _NO_SLP = "-fno-slp-vectorize"
 """For inverses with a redundancy: clang 14 looks for vectors among the statements of the arm angle without an end. The
@@ -40,12 +44,37 @@ _PAGE = 65536
 
 
 @dataclass(frozen=True, slots=True)
+class WasmFunction:
+    """One function that the compiled file has.
+
+    Attributes:
+        output: Its name in JavaScript, without `_batch`.
+        shape: Its name in C and the numbers of its arrays, as a literal.
+        name: Its name in C.
+        arguments: Its arguments in C: arrays as JavaScript has them.
+        batch: The batch kernel that it calls.
+        batch_arguments: Its arguments.
+        values: What is passed for them.
+    """
+
+    output: str
+    shape: str
+    name: str
+    arguments: str
+    batch: str
+    batch_arguments: str
+    values: str
+
+
+@dataclass(frozen=True, slots=True)
 class WasmContext:
-    """What the template `javascript/wasm.js.jinja` is given."""
+    """What the templates `javascript/wasm.js.jinja` and `javascript/wasm.c.jinja` are given."""
 
     name: str
     provenance: str
-    kernels: tuple[tuple[str, str], ...]
+    header: str
+    batch: str
+    functions: tuple[WasmFunction, ...]
     parameters: tuple[str, ...]
     parameter_bytes: int
 
@@ -70,28 +99,31 @@ def emit_wasm(kernels: Kernels) -> dict[str, str]:
         return {}
     alone = Kernels(robot, programs, kernels.defaults)
     names = (c_file(robot.name, "h"), c_file(robot.name, "h", batch=True), c_file(robot.name, "c", batch=True))
-    sources = emit_kernel(alone, Real.DOUBLE) | emit_batch(alone, Real.DOUBLE)
+    sources = emit_kernel(alone, Real.DOUBLE) | emit_batch(alone, Real.DOUBLE, most_calls=_MOST_CALLS)
     context = WasmContext(
         name=robot.name,
         provenance=provenance(robot),
-        kernels=tuple((program.quantity.function, _shape(kernels, program)) for program in programs),
+        header=names[0],
+        batch=names[2],
+        functions=tuple(_function(kernels, program) for program in programs),
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
         parameter_bytes=8 * len(robot.runtime_parameters),
     )
     module = environment().get_template("javascript/wasm.js.jinja").render(k=context)
     types = environment().get_template("javascript/wasm.d.ts.jinja").render(k=context)
-    files = {f"{robot.name}_wasm.js": module, f"{robot.name}_wasm.d.ts": types}
+    calls = environment().get_template("javascript/wasm.c.jinja").render(k=context)
+    files = {f"{robot.name}_wasm.js": module, f"{robot.name}_wasm.d.ts": types, f"{FOLDER}/{robot.name}_wasm.c": calls}
     return files | {f"{FOLDER}/{name}": sources[name] for name in names}
 
 
 def compile_command(kernels: Kernels) -> str:
     """The command that compiles the C files, in the folder of the package."""
     robot = kernels.robot.name
-    exported = [function(robot, program.quantity.function, batch=True) for program in batched(kernels)]
+    exported = [wasm_function(robot, program.quantity.function) for program in batched(kernels)]
     exports = " ".join(f"-Wl,--export={name}" for name in ("__heap_base", *exported))
     stack = f"-Wl,-z,stack-size={_stack(batched(kernels))}"
     flags = f"{FLAGS} {_NO_SLP}" if kernels.robot.redundancy else FLAGS
-    return f"clang {flags} {stack} {exports} -o {robot}.wasm {FOLDER}/{c_file(robot, 'c', batch=True)}"
+    return f"clang {flags} {stack} {exports} -o {robot}.wasm {FOLDER}/{robot}_wasm.c"
 
 
 def _stack(programs: tuple[Program, ...]) -> int:
@@ -105,12 +137,34 @@ def _stack(programs: tuple[Program, ...]) -> int:
     return _PAGE * (1 + -(-TILE_BYTES * longest // _PAGE))
 
 
+def _function(kernels: Kernels, program: Program) -> WasmFunction:
+    real, signature = str(Real.DOUBLE), program.signature
+    params = params_type(kernels.robot.name) if kernels.robot.runtime_parameters else ""
+    arguments, values = ["size_t n"], ["n"]
+    for array in signature.inputs:
+        arguments += [f"const {real} *{array.name}"] * bool(_numbers(array))
+        values += [array.name, f"{_numbers(array)}", "1"] if _numbers(array) else ["NULL", "0", "0"]
+    arguments += [f"const {params} *params"] * bool(params)
+    values += ["params", "0"] * bool(params)
+    for array in signature.results:
+        arguments += [f"{number_type(array, real)} *{array.name}"] * bool(_numbers(array))
+        values += [array.name if _numbers(array) else "NULL", f"{_numbers(array)}"]
+    return WasmFunction(
+        output=program.quantity.function,
+        shape=_shape(kernels, program),
+        name=wasm_function(kernels.robot.name, program.quantity.function),
+        arguments=", ".join(arguments),
+        batch=function(kernels.robot.name, program.quantity.function, batch=True),
+        batch_arguments=", ".join(batch_arguments(signature.inputs, signature.results, real, params)),
+        values=", ".join([*values, "0"]),
+    )
+
+
 def _shape(kernels: Kernels, program: Program) -> str:
     """The function in C and the numbers of its arrays, as a literal; a truth value is a byte."""
-    name = function(kernels.robot.name, program.quantity.function, batch=True)
     inputs, results = program.signature.inputs, program.signature.results
     shape = {
-        "c": name,
+        "c": wasm_function(kernels.robot.name, program.quantity.function),
         "inputs": [_numbers(each) for each in inputs],
         "results": [_numbers(each) for each in results],
         "flags": [each.is_truth for each in results],
