@@ -281,6 +281,9 @@ class _Tester:
         rows = 6 if self.family.aim is Aim.POSE else 3
         weights = np.array([1 / size_of(self.robot, self.family)] * 3 + [1.0] * 3)[:rows, None]
         jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows] * weights
+        if self.family.held is not None:
+            # The joint that is given moves no branch.
+            jacobians = np.delete(jacobians, self.family.held.number - 1, axis=2)
         singular: Truths = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < max(
             SINGULAR, singular_below(self.robot, self.family)
         )

@@ -40,15 +40,24 @@ def moved_back(steps: Steps, family: Family, target: Target, value: sp.Expr) -> 
         target: The pose of the tool.
         value: The value of the joint that is given.
     """
+    moved, is_inverse = _moved_back(steps, family, target, value)
+    return moved if is_inverse == family.is_reversed else moved.inverse(steps)
+
+
+def tool_moved_back(steps: Steps, family: Family, target: Target, value: sp.Expr) -> Target:
+    """The same, in the direction from the base to the tool; arguments as for `moved_back`."""
+    moved, is_inverse = _moved_back(steps, family, target, value)
+    return moved.inverse(steps) if is_inverse else moved
+
+
+def _moved_back(steps: Steps, family: Family, target: Target, value: sp.Expr) -> tuple[Target, bool]:
+    """The target of the six joints, and whether it is the pose of the base in the frame of the tool."""
     held = family.held
     if held is None:
-        return target.inverse(steps) if family.is_reversed else target
-    is_last = held.number > max(family.axes.numbers)
-    if is_last:
-        target = target.inverse(steps)
-        held = _from_tool(family, held)
-    target = target.without_first(steps, held, value)
-    return target if is_last == family.is_reversed else target.inverse(steps)
+        return target, False
+    if held.number < min(family.axes.numbers):
+        return target.without_first(steps, held, value), False
+    return target.inverse(steps).without_first(steps, _from_tool(family, held), value), True
 
 
 def _from_tool(family: Family, held: JointAxis) -> JointAxis:
