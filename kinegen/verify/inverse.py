@@ -284,6 +284,7 @@ class _Tester:
     def _are_singular(self, q: FloatArray) -> Truths:
         rows = 6 if self.family.aim is Aim.POSE else 3
         weights = np.array([1 / size_of(self.robot, self.family)] * 3 + [1.0] * 3)[:rows, None]
+        # The joints that are given move no branch.
         solved = sorted(number - 1 for number in self.family.axes.numbers)
         jacobians = reference.Kinematics(self.robot, q).jacobian(TOOL)[:, :rows, solved] * weights
         singular: Truths = np.linalg.svd(jacobians, compute_uv=False).min(axis=1, initial=np.inf) < max(

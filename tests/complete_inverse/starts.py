@@ -1,4 +1,4 @@
-"""Another way to all solutions, which shares nothing with the elimination: Newton steps from very many starts."""
+"""Another way to all solutions, which shares nothing with kinegen's: Newton steps from very many starts."""
 
 from __future__ import annotations
 
@@ -6,35 +6,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen import reference
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
+from kinegen.robot.extent import joint_box, reach
+from kinegen.robot.model import TOOL, JointType, Robot
 
 Array = NDArray[np.float64]
 
+STEPS = 40
+REACHED = 1e-9
 
-def solutions_from_starts(robot: Robot, target: Array, starts: int, seed: int) -> Array:
-    """All joint vectors (m, 6) that Newton steps from random starts lead to, with angles from -pi to pi.
+
+def solutions_from_starts(robot: Robot, target: Array, starts: int, seed: int, given: float | None = None) -> Array:
+    """All joint vectors (m, dof) that Newton steps from random starts lead to, with angles from -pi to pi.
 
     Args:
-        robot: The robot, six joints that turn.
+        robot: The robot, six joints; or seven with a redundancy.
         target: The pose, 4x4.
         starts: The number of starts.
         seed: Of the starts.
+        given: What the inverse is given besides, in the unit of the redundancy.
     """
-    q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (starts, 6))
+    low, high = np.where(turning(robot), np.array([[-np.pi], [np.pi]]), np.array(joint_box(robot)).T)
+    q = np.random.default_rng(seed).uniform(low, high, (starts, robot.dof))
     size = reach(robot, robot.tips)
-    for _ in range(60):
-        error, slopes = _error(robot, q, target, size), np.empty((len(q), 12, 6))
-        for joint in range(6):
-            aside = np.zeros(6)
-            aside[joint] = 1e-6
-            change = _error(robot, q + aside, target, size) - _error(robot, q - aside, target, size)
-            slopes[:, :, joint] = change / 2e-6
-        damping = 1e-3 * (error**2).sum(axis=1)[:, None, None] * np.eye(6)
-        step = np.linalg.solve(slopes.mT @ slopes + damping + 1e-15 * np.eye(6), slopes.mT @ error[..., None])
-        q = q - np.clip(step[..., 0], -0.5, 0.5)
-    q = q[np.linalg.norm(_error(robot, q, target, size), axis=1) < 1e-9]
-    return distinct((q + np.pi) % (2 * np.pi) - np.pi)
+    for _ in range(STEPS):
+        error, slopes = _error(robot, q, target, size, given)
+        square = slopes.mT @ slopes
+        damping = (1e-3 * (error**2).sum(axis=1)[:, None, None] + 1e-15) * np.eye(robot.dof)
+        step = np.linalg.solve(square + damping, slopes.mT @ error[..., None])[..., 0]
+        q = q - np.clip(step, -0.5, 0.5)
+    q = q[np.linalg.norm(_error(robot, q, target, size, given)[0], axis=1) < REACHED]
+    return distinct(np.where(turning(robot), (q + np.pi) % (2 * np.pi) - np.pi, q))
+
+
+def turning(robot: Robot) -> NDArray[np.bool_]:
+    """Which joints turn."""
+    return np.array([each.type is not JointType.PRISMATIC for each in robot.variables])
 
 
 def distinct(q: Array) -> Array:
@@ -43,16 +49,35 @@ def distinct(q: Array) -> Array:
     for each in q:
         if all(apart(each, other) > 1e-5 for other in found):
             found.append(each)
-    return np.array(found).reshape(-1, 6)
+    return np.array(found).reshape(-1, q.shape[1])
 
 
 def apart(q: Array, other: Array) -> float:
-    """The largest difference of an angle, whole turns aside."""
+    """The largest difference of an angle, whole turns aside; strokes are short."""
     return float(np.abs((q - other + np.pi) % (2 * np.pi) - np.pi).max())
 
 
-def _error(robot: Robot, q: Array, target: Array, size: float) -> Array:
-    """Differences of all twelve entries of a pose, lengths as parts of the reach, shape (n, 12)."""
-    off = (reference.pose(robot, q)[:, 0] - target)[:, :3].copy()
+def _error(robot: Robot, q: Array, target: Array, size: float, given: float | None) -> tuple[Array, Array]:
+    """Differences of all twelve entries of a pose, lengths as parts of the reach, and of what is given; slopes too."""
+    motion = reference.Kinematics(robot, q)
+    pose, jacobian = motion.pose(TOOL)[:, :3], motion.jacobian(TOOL)
+    off = pose - target[:3]
+    slopes = np.empty((len(q), 3, 4, robot.dof))
+    for column in range(3):
+        slopes[:, :, column] = np.cross(jacobian[:, 3:], pose[:, :, column, None], axis=1)
+    slopes[:, :, 3] = jacobian[:, :3] / size
     off[:, :, 3] /= size
-    return off.reshape(len(q), 12)
+    error, slopes = off.reshape(len(q), 12), slopes.reshape(len(q), 12, robot.dof)
+    if given is None:
+        return error, slopes
+    more = (reference.redundancy(robot, q) - given + np.pi) % (2 * np.pi) - np.pi
+    return np.column_stack([error, more]), np.concatenate([slopes, _slope(robot, q)[:, None]], axis=1)
+
+
+def _slope(robot: Robot, q: Array) -> Array:
+    """How what is given changes with each joint, shape (n, dof)."""
+    found = np.empty(q.shape)
+    for joint, aside in enumerate(1e-6 * np.eye(robot.dof)):
+        change = reference.redundancy(robot, q + aside) - reference.redundancy(robot, q - aside)
+        found[:, joint] = ((change + np.pi) % (2 * np.pi) - np.pi) / 2e-6
+    return found

@@ -13,7 +13,7 @@ from kinegen.symbolic.inverse.family import Family
 SAMPLES = 1000
 """Joint vectors that are tried."""
 
-_STRIDES = tuple(math.sqrt(prime) for prime in (2, 3, 5, 7, 11, 13))
+_STRIDES = tuple(math.sqrt(prime) for prime in (2, 3, 5, 7, 11, 13, 17))
 """Multiples of these, without their whole parts, are spread evenly (Weyl)."""
 
 Matrix = list[list[float]]
@@ -50,7 +50,7 @@ def tip_apart(robot: Robot, family: Family) -> TipApart:
     box = joint_box(robot)
     length = angle = 0.0
     for sample in range(SAMPLES):
-        drawn = [low + (high - low) * (sample * each % 1) for (low, high), each in zip(box, _STRIDES, strict=True)]
+        drawn = [low + (high - low) * (sample * each % 1) for (low, high), each in zip(box, _STRIDES, strict=False)]
         q = [drawn[number - 1] for number in family.axes.numbers]
         a, b = _tip(own, q), _tip(special, q)
         length = max(length, math.dist(*([row[3] for row in each] for each in (a, b))))

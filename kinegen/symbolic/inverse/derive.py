@@ -15,11 +15,10 @@ from kinegen.robot.model import Robot
 from kinegen.robot.redundancy import given_units
 from kinegen.symbolic.expressions import Expressions, Tape, number_of
 from kinegen.symbolic.fold import Vector
-from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT
 from kinegen.symbolic.inverse.family import Family
 from kinegen.symbolic.inverse.own_chain import own_chain
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
-from kinegen.symbolic.inverse.redundancy import given, moved_back
+from kinegen.symbolic.inverse.redundancy import given, moved_back, tool_moved_back
 from kinegen.symbolic.inverse.refine import nearly_solved
 from kinegen.symbolic.inverse.solutions import joint_values
 from kinegen.symbolic.inverse.solve import reads_attitude, solve
@@ -64,7 +63,7 @@ def derive_inverse(robot: Robot, quantity: Quantity) -> Expressions:
     if family.defect is None:
         solutions = solve(steps, family, moved_back(steps, family, tool, extra), value)
     else:
-        solutions = nearly_solved(steps, family, family.defect, tool)
+        solutions = nearly_solved(steps, family, family.defect, tool_moved_back(steps, family, tool, extra))
     found = [joint_values(steps, solution, held) for solution in solutions]
     branches = len(family.branches)
     joints = Array("solutions", (branches, robot.dof), per_branch=True)
@@ -115,7 +114,7 @@ def singular_below(robot: Robot, family: Family) -> float:
 
     0 where the arm is one of its family.
     """
-    return 0.0 if family.defect is None else SINGULAR_PER_DEFECT * family.defect.size(size_of(robot, family))
+    return 0.0 if family.defect is None else family.defect.singular_below(size_of(robot, family))
 
 
 def _allowance(bound: sp.Expr) -> Allowance:

@@ -94,7 +94,7 @@ def own_chain(axes: Axes) -> OwnChain:
         x, here, there = _across(joint, following, place)
         y = cross(joint.direction, x)
         ahead, beside, up = (dot(following.direction, each) for each in (x, y, joint.direction))
-        upright = tidy(sp.sqrt(beside**2 + up**2))
+        upright = tidy(sp.sqrt(tidy(beside**2 + up**2)))
         tilt = (tidy(up / upright), tidy(-beside / upright))
         links.append(
             Link(

@@ -2,7 +2,8 @@
 
 The axes of the joints decide, not the table: any convention, base, tool and offset of the variables may have led to
 them. All conditions are exact. An arm of six turning joints that misses some by a little, such as a calibrated one, is
-nearly of the family of the nearest arm that meets them; what it is apart from that goes with the family.
+nearly of the family of the nearest arm that meets them; what it is apart from that goes with the family. The same is
+true of six joints that are left of seven, one of which is given.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from kinegen.robot.redundancy import ARM_ANGLE, given_units
 from kinegen.symbolic.inverse.arms import flat_arm, point_arm, triple_arm, wrist_arm
 from kinegen.symbolic.inverse.axes import Axes, joint_axes, still_axis
 from kinegen.symbolic.inverse.conditions import Refusal
-from kinegen.symbolic.inverse.defect import SINGULAR_PER_DEFECT, Defect
-from kinegen.symbolic.inverse.family import Family
+from kinegen.symbolic.inverse.defect import Defect
+from kinegen.symbolic.inverse.family import Family, GimbalArm, WristArm
 from kinegen.symbolic.inverse.own_chain import own_chain
 from kinegen.symbolic.inverse.redundancy import held_joints, with_held, without_joints
 from kinegen.symbolic.inverse.special import special_arms
@@ -71,8 +72,9 @@ def nearest_family(axes: Axes) -> Family | None:
     for special in sorted(near, key=lambda each: max(each.angle, each.length / size)):
         found = _family_of(special.axes)
         if isinstance(found, Family):
-            defect = Defect(axes, special.failing, special.angle, special.length)
-            below = SINGULAR_PER_DEFECT * defect.size(size)
+            of_four = isinstance(found.build, WristArm) and isinstance(found.build.arm, GimbalArm)
+            defect = Defect(axes, special.failing, special.angle, special.length, of_four)
+            below = defect.singular_below(size)
             merging = (
                 "the arm is only nearly of its family: a branch that merges with another one is invalid, and may be "
                 "where the least singular value of the Jacobian, lengths divided by the reach of the arm "
@@ -99,7 +101,10 @@ def _redundant(robot: Robot, axes: Axes) -> Family | Unknown:
     held = held_joints(axes, robot.given, beside)
     if isinstance(held, tuple):
         return Unknown(held)
-    found = _family_of(without_joints(axes, held))
+    rest = without_joints(axes, held)
+    found = _family_of(rest)
+    if isinstance(found, Unknown):
+        found = nearest_family(rest) or found
     if isinstance(found, Family):
         whole = with_held(found, held, given_units(robot))
         return Unknown(whole) if isinstance(whole, tuple) else whole

@@ -95,16 +95,28 @@ def moved_back(steps: Steps, family: Family, target: Target, values: tuple[sp.Ex
         target: The pose of the tool.
         values: The values of the joints that are given.
     """
-    held, is_reversed = family.held, False
+    moved, is_inverse = _moved_back(steps, family, target, values)
+    return moved if is_inverse == family.is_reversed else moved.inverse(steps)
+
+
+def tool_moved_back(steps: Steps, family: Family, target: Target, values: tuple[sp.Expr, ...]) -> Target:
+    """The same, in the direction from the base to the tool; arguments as for `moved_back`."""
+    moved, is_inverse = _moved_back(steps, family, target, values)
+    return moved.inverse(steps) if is_inverse else moved
+
+
+def _moved_back(steps: Steps, family: Family, target: Target, values: tuple[sp.Expr, ...]) -> tuple[Target, bool]:
+    """The target of the joints that are solved for, and whether it is the pose of the base in the frame of the tool."""
+    held, is_inverse = family.held, False
     if held is not None:
         value = dict(zip(held.names, values, strict=True))
         for joint in held.first:
             target = target.without_first(steps, joint, value[joint.name])
         if held.last:
-            target, is_reversed = target.inverse(steps), True
+            target, is_inverse = target.inverse(steps), True
         for joint in _from_tool(family, held):
             target = target.without_first(steps, joint, value[joint.name])
-    return target if is_reversed == family.is_reversed else target.inverse(steps)
+    return target, is_inverse
 
 
 def _from_tool(family: Family, held: Held) -> tuple[JointAxis, ...]:

@@ -44,6 +44,9 @@ _FARTHEST = sp.Rational(1, 8)
 _SMALL = 3e-4
 """A defect for which the target is moved only once."""
 
+_SMALL_OF_FOUR = 1e-6
+"""The same where the family solves an equation of degree four."""
+
 
 @dataclass(frozen=True, slots=True)
 class Amounts:
@@ -63,13 +66,14 @@ def amounts(defect: Defect, reach: float) -> Amounts:
     """How much it takes for a defect of some size.
 
     Found by trial at 10^5 targets of arms with such defects: all branches are right to `RESIDUAL` where the least
-    singular value of the Jacobian is above `SINGULAR_PER_DEFECT` times the defect.
+    singular value of the Jacobian is above `defect.singular_below(reach)`.
 
     Args:
         defect: The defect.
         reach: Of the arm.
     """
-    return Amounts(1, 2) if defect.size(reach) < _SMALL else Amounts(2, 2)
+    small = _SMALL_OF_FOUR if defect.of_four else _SMALL
+    return Amounts(1, 2) if defect.size(reach) < small else Amounts(2, 2)
 
 
 def nearly_solved(steps: Steps, family: Family, defect: Defect, tool: Target) -> Iterator[Solution]:
@@ -79,7 +83,7 @@ def nearly_solved(steps: Steps, family: Family, defect: Defect, tool: Target) ->
         steps: The tape.
         family: The nearest arm of a family.
         defect: What the arm is apart from that.
-        tool: The pose of the tool.
+        tool: The pose of the tool; where a joint is given, the one that is left for the six others.
 
     Yields:
         The solutions, before the limits of the joints are seen to.
@@ -142,7 +146,11 @@ class _Refiner:
 
     def _sign(self, joint: JointAxis) -> int:
         """1 where the family's joint turns like the own chain's, else -1."""
-        return 1 if (joint.rate > 0) == (self.defect.axes.joints[joint.number - 1].rate > 0) else -1
+        return 1 if (joint.rate > 0) == (self.defect.axes.joints[self._place(joint)].rate > 0) else -1
+
+    def _place(self, joint: JointAxis) -> int:
+        """Its place in the own chain, which begins with the second joint where the first one is given."""
+        return joint.number - self.defect.axes.numbers[0]
 
     def _units(self, solution: Solution) -> list[Planar]:
         """Cosine and sine of each joint's angle in the own chain, from the first joint to the last."""
@@ -153,7 +161,8 @@ class _Refiner:
         return [found[number] for number in sorted(found)]
 
     def _lead(self, joint: JointAxis) -> sp.Expr:
-        return self.chain.links[joint.number - 1].lead if joint.number <= len(self.chain.links) else ZERO
+        place = self._place(joint)
+        return self.chain.links[place].lead if place < len(self.chain.links) else ZERO
 
     def _amount(self, joint: JointAxis, unit: Planar) -> Angle:
         angle = self.steps.argument(unit) - fixed(self._lead(joint))

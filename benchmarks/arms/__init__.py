@@ -1,0 +1,1 @@
+"""Which real arms get all their solutions, and in which way: `python -m benchmarks.arms`."""
