@@ -230,6 +230,11 @@ def complete_file(robot: str, extension: str) -> str:
     return f"{robot}_complete_inverse.{extension}"
 
 
+def tracker_file(robot: str, extension: str, real: str = "double") -> str:
+    """The files of the inverse along a path, of one number type: `puma560_f32_inverse_tracker.c`."""
+    return f"{prefix(robot, real)}_inverse_tracker.{extension}"
+
+
 def selftest_file(robot: str, real: str = "double") -> str:
     """The self-test of one number type: `puma560_selftest.c`."""
     return f"{prefix(robot, real)}_selftest.c"

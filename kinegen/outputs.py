@@ -96,6 +96,7 @@ class Kind(StrEnum):
     JACOBIAN_ACTUATORS = "jacobian_actuators"
     NUMERIC_INVERSE = "numeric_inverse"
     COMPLETE_INVERSE = "complete_inverse"
+    INVERSE_TRACKER = "inverse_tracker"
 
 
 class Reference(StrEnum):
@@ -128,6 +129,7 @@ _FRAMELESS = (
     Kind.JOINTS_TO_ACTUATORS,
     Kind.NUMERIC_INVERSE,
     Kind.COMPLETE_INVERSE,
+    Kind.INVERSE_TRACKER,
 )
 
 
@@ -193,10 +195,13 @@ NUMERIC_INVERSE = Quantity(Kind.NUMERIC_INVERSE)
 COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
 """All solutions of an arm with six turning joints, by elimination; it has no program of its own either."""
 
+INVERSE_TRACKER = Quantity(Kind.INVERSE_TRACKER)
+"""The closed-form inverse along a path; it has no program, and needs those of the inverse and of pose and Jacobian."""
+
 INVERSES = (Kind.INVERSE, Kind.AXIS_INVERSE)
 """Closed forms that give several joint vectors for a target."""
 
-SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE)
+SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE, INVERSE_TRACKER)
 """Outputs without a program, which need the pose with its Jacobian."""
 
 USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
@@ -295,8 +300,9 @@ def parse_quantity(text: str) -> Quantity:
 def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """The quantities that have programs, with those that others are built on."""
     programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
-    missing = any(solver in quantities for solver in SOLVERS) and POSE_AND_JACOBIAN not in programs
-    return (*programs, POSE_AND_JACOBIAN) if missing else programs
+    needed = [POSE_AND_JACOBIAN] * any(solver in quantities for solver in SOLVERS)
+    needed += [Quantity(Kind.INVERSE)] * (INVERSE_TRACKER in quantities)
+    return (*programs, *(each for each in needed if each not in programs))
 
 
 def every_quantity() -> tuple[Quantity, ...]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 
 from kinegen import __version__
 from kinegen.emit.complete.screws import refusal, refused
+from kinegen.emit.tracking import require_trackable
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import PARTS, comment_text, companion
-from kinegen.outputs import Quantity
+from kinegen.outputs import SOLVERS, Quantity
 from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
@@ -28,6 +30,7 @@ class Kernels:
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
         complete_inverse: Whether all solutions of an arm with six turning joints are wanted, which need it too.
+        inverse_tracker: Whether the inverse along a path is wanted, which needs it and the inverse.
 
     Raises:
         KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
@@ -38,6 +41,7 @@ class Kernels:
     defaults: tuple[Fraction, ...]
     numeric_inverse: bool = False
     complete_inverse: bool = False
+    inverse_tracker: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
@@ -46,6 +50,15 @@ class Kernels:
             raise KinegenError(f"no numeric inverse for {self.robot.name}: {reason}", self.robot.source)
         if self.complete_inverse and (reason := refusal(self.robot)):
             raise refused(self.robot, reason)
+        if self.inverse_tracker:
+            branches = (program.signature.branches for program in self.programs)
+            require_trackable(self.robot, next(filter(None, branches), None))
+
+    @property
+    def solvers(self) -> tuple[Quantity, ...]:
+        """The outputs without a program that are wanted."""
+        wanted = self.numeric_inverse, self.complete_inverse, self.inverse_tracker
+        return tuple(itertools.compress(SOLVERS, wanted))
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

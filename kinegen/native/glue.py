@@ -69,6 +69,8 @@ class Interface:
         parameters: Names of the runtime parameters, in the order of the C struct.
         numeric_inverse: Whether it offers the search for joint values.
         complete_inverse: Whether it offers all solutions of an arm.
+        inverse_tracker: Whether it offers the inverse along a path.
+        redundancy: What its inverse is given besides the target; empty where nothing is.
     """
 
     symbol: str
@@ -77,6 +79,8 @@ class Interface:
     parameters: tuple[str, ...] = ()
     numeric_inverse: bool = False
     complete_inverse: bool = False
+    inverse_tracker: bool = False
+    redundancy: str = ""
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""

@@ -23,6 +23,7 @@ from kinegen.native.dispatch import dispatch, units
 from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
 from kinegen.native.search import search_declarations, search_glue
+from kinegen.native.tracker import tracker_declarations, tracker_glue
 
 _numbers = itertools.count()
 
@@ -39,7 +40,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         Function(program.quantity.function, program.signature.inputs, program.signature.results)
         for program in kernels.programs
     ]
-    if branches := branches_of(kernels):
+    branches = branches_of(kernels)
+    if branches:
         functions.append(Function(NAME, *nearest_signature(robot, branches), returns_last=True))
     return Interface(
         symbol=robot.name,
@@ -48,6 +50,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         parameters=tuple(parameter.name for parameter in robot.runtime_parameters),
         numeric_inverse=kernels.numeric_inverse,
         complete_inverse=kernels.complete_inverse,
+        inverse_tracker=kernels.inverse_tracker,
+        redundancy=branches.redundancy if branches else "",
     )
 
 
@@ -77,6 +81,9 @@ def build_extension(
     if interface.complete_inverse:
         more += complete_declarations(interface)
         kernels |= complete_glue(interface)
+    if interface.inverse_tracker:
+        more += tracker_declarations(interface)
+        kernels |= tracker_glue(interface)
     return compile_extension(
         {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import COMPLETE_INVERSE, INVERSES, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
+from kinegen.outputs import COMPLETE_INVERSE, INVERSE_TRACKER, INVERSES, NUMERIC_INVERSE, SOLVERS, Array, Kind, Quantity
 from kinegen.robot.extent import reach
 from kinegen.robot.model import TOOL, Robot
 from kinegen.symbolic.inverse.derive import family_of, size_of
@@ -31,6 +31,7 @@ from kinegen.verify.moved import move_parameters, parameter_sets
 from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
 from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
+from kinegen.verify.tracker import Tracked, tracker_line, try_tracker
 from kinegen.verify.usage import compare_usage
 from kinegen.verify.varied import Alternating, require_varied
 from kinegen.verify.varied_inverses import require_varied_batches
@@ -91,7 +92,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         comparisons += map(_complete_comparison, completed)
         counts.append(complete_line(completed[0]))
     for quantity, real in itertools.product((each for each in inverses if each != COMPLETE_INVERSE), reals):
-        attempt = _search if quantity == NUMERIC_INVERSE else _solve
+        attempt = _ATTEMPTS.get(quantity, _solve)
         found, told = attempt(robot, package, quantity, real)
         counts += [told] * (real == reals[0])
         comparisons += found
@@ -99,7 +100,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
             comparisons += [with_parameters(other) for other in others]
-            if quantity.kind is not Kind.AXIS_INVERSE and all(comparison.holds for comparison in comparisons):
+            has_batches = quantity.kind is not Kind.AXIS_INVERSE and quantity != INVERSE_TRACKER
+            if has_batches and all(comparison.holds for comparison in comparisons):
                 require_varied_batches(robot, package, quantity, real)
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
@@ -124,6 +126,32 @@ def _search(
 ) -> tuple[list[Comparison], str]:
     searches = try_search(robot, package, real, values)
     return [_search_comparison(search, real) for search in searches], search_line(searches[0], robot.units.length)
+
+
+def _track(
+    robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
+) -> tuple[list[Comparison], str]:
+    tracked = try_tracker(robot, package, real, values)
+    return [_tracked_comparison(each, real) for each in tracked], tracker_line(tracked[0])
+
+
+_ATTEMPTS = {NUMERIC_INVERSE: _search, INVERSE_TRACKER: _track}
+"""What tries an output; closed forms are left out."""
+
+
+def _tracked_comparison(tracked: Tracked, real: str) -> Comparison:
+    return Comparison(
+        target=f"{tracked.target}, along paths",
+        quantity=INVERSE_TRACKER,
+        poses=tracked.steps,
+        position_error=tracked.position_error,
+        rotation_error=tracked.rotation_error,
+        position_tolerance=tracked.position_tolerance,
+        rotation_tolerance=tracked.rotation_tolerance,
+        worst=tracked.worst,
+        frame=TOOL,
+        real=real,
+    )
 
 
 def _search_comparison(search: Search, real: str) -> Comparison:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 
 def _refuses(quantity: Quantity) -> str:
-    if quantity.kind is Kind.COMPLETE_INVERSE:
-        return "C++ calls that of C, in NAME_complete_inverse.h"
+    if quantity.kind in (Kind.COMPLETE_INVERSE, Kind.INVERSE_TRACKER):
+        return f"C++ calls that of C, in NAME_{quantity.kind}.h"
     return "it is a search; C++ calls that of C, see docs/cpp.md" if quantity.kind is Kind.NUMERIC_INVERSE else ""
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 def _refuses(quantity: Quantity) -> str:
     if quantity.kind is Kind.COMPLETE_INVERSE:
         return "it computes eigenvalues in loops, and functions here have none"
+    if quantity.kind is Kind.INVERSE_TRACKER:
+        return "it is in C and Python alone"
     return "it is a search, and functions here have no loop" if quantity.kind is Kind.NUMERIC_INVERSE else ""
 
 

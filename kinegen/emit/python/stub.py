@@ -88,6 +88,7 @@ _PLACES = {
     "._measures": (),
     "._names": ("ByName", "NamedKernel"),
     "._complete_inverse": ("CompleteInverse",),
+    "._inverse_tracker": ("InverseTracker",),
     "._numeric_inverse": ("NumericInverse",),
     "._parameters": ("Values",),
 }
@@ -136,6 +137,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
             "clamp: Clamp",
             *([f"{context.numeric_inverse.name}: NumericInverse"] if context.numeric_inverse else []),
             *(["complete_inverse: CompleteInverse"] if context.complete_inverse else []),
+            *(["inverse_tracker: InverseTracker"] if context.inverse_tracker else []),
             "backend: str",
         ),
         parameters=tuple(name for name, _ in context.parameters),

@@ -26,7 +26,7 @@ _CRATES = frozenset("alloc cc core glam nalgebra proc_macro std test f32 f64".sp
 
 
 def _refuses(quantity: Quantity) -> str:
-    return "it is in C and Python alone" if quantity.kind is Kind.COMPLETE_INVERSE else ""
+    return "it is in C and Python alone" if quantity.kind in (Kind.COMPLETE_INVERSE, Kind.INVERSE_TRACKER) else ""
 
 
 def _syntax(real: str) -> Syntax[Operator]:
