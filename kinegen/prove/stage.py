@@ -15,6 +15,7 @@ from kinegen.prove.eva import analyse, require_program, version
 from kinegen.prove.evidence import Evidence, Finding
 
 _COMPLETE = "it iterates for eigenvalues; intervals say nothing of where that ends"
+_TRACKER = "it chooses among solutions and iterates; intervals say nothing of the choice"
 _SEARCH = "a search with a loop; intervals say nothing of where it ends"
 
 
@@ -44,6 +45,7 @@ def prove(
             report(finding)
     left_out = ((str(Kind.NUMERIC_INVERSE), _SEARCH),) * kernels.numeric_inverse
     left_out += ((str(Kind.COMPLETE_INVERSE), _COMPLETE),) * kernels.complete_inverse
+    left_out += ((str(Kind.INVERSE_TRACKER), _TRACKER),) * kernels.inverse_tracker
     robot = kernels.robot
     names = (parameter.name for parameter in robot.runtime_parameters)
     parameters = tuple(zip(names, map(float, kernels.defaults), strict=True))

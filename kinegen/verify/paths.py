@@ -152,7 +152,7 @@ class Labels:
         """The longest part of each line that is regular and in one branch: line, first sample, behind the last."""
         usable = np.where(self.lines.regular > REGULAR[real], self.branch, -1)
         for line, labels in enumerate(usable):
-            ends = [0, *(np.flatnonzero(np.diff(labels)) + 1), len(labels)]
+            ends = [0, *(np.flatnonzero(np.diff(labels)) + 1).tolist(), len(labels)]
             parts = [(last - first, first, last) for first, last in itertools.pairwise(ends) if labels[first] >= 0]
             length, first, last = max(parts, default=(0, 0, 0))
             if length > BESIDE:

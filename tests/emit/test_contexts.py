@@ -12,7 +12,15 @@ import jinja2
 import pytest
 from jinja2 import meta, nodes
 
-from kinegen.emit.c import batch, complete_inverse, kernel, numeric_inverse, numeric_inverse_batch, vectors
+from kinegen.emit.c import (
+    batch,
+    complete_inverse,
+    inverse_tracker,
+    kernel,
+    numeric_inverse,
+    numeric_inverse_batch,
+    vectors,
+)
 from kinegen.emit.cpp import header as cpp_header
 from kinegen.emit.cpp import vectors as cpp_vectors
 from kinegen.emit.environment import environment
@@ -36,6 +44,8 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/numeric_inverse_batch.c.jinja": {"k": numeric_inverse.SolverContext, "b": numeric_inverse_batch.SearchBatch},
     "c/complete_inverse.h.jinja": {"k": complete_inverse.CompleteContext},
     "c/complete_inverse.c.jinja": {"k": complete_inverse.CompleteContext},
+    "c/inverse_tracker.h.jinja": {"k": inverse_tracker.TrackerContext},
+    "c/inverse_tracker.c.jinja": {"k": inverse_tracker.TrackerContext},
     "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},
     "cpp/CMakeLists.txt.jinja": {"k": cpp_header.HeaderContext},
     "cpp/driver.cpp.jinja": {"k": cpp_header.HeaderContext},

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from kinegen.emit.c.complete_inverse import CompleteContext, complete_context
 from kinegen.emit.c.expected import Vectors
+from kinegen.emit.c.inverse_tracker import TrackerContext, tracker_context
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
 from kinegen.emit.complete.screws import require_double
@@ -92,6 +93,7 @@ class ProjectContext:
     choices: tuple[str, ...]
     searches: tuple[SolverContext, ...]
     complete: tuple[CompleteContext, ...]
+    trackers: tuple[TrackerContext, ...]
     headers: tuple[str, ...]
     sources: tuple[str, ...]
     manuals: tuple[Manual, ...]
@@ -127,6 +129,7 @@ def project_context(
     searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
     if kernels.complete_inverse:
         require_double(robot, reals)
+    trackers = tuple(tracker_context(kernels, real) for real in reals) if kernels.inverse_tracker else ()
     complete = (complete_context(kernels),) if kernels.complete_inverse else ()
     return ProjectContext(
         name=robot.name,
@@ -146,12 +149,14 @@ def project_context(
         choices=tuple(each.nearest.name for each in floats if each.nearest),
         searches=searches,
         complete=complete,
-        headers=(*(each.header for each in contexts), *(each.header for each in (*searches, *complete))),
-        sources=(*(each.source for each in contexts), *(each.source for each in (*searches, *complete))),
+        trackers=trackers,
+        headers=(*(each.header for each in contexts), *(each.header for each in (*searches, *complete, *trackers))),
+        sources=(*(each.source for each in contexts), *(each.source for each in (*searches, *complete, *trackers))),
         manuals=(
             *(_manual(kernels, context) for context in contexts),
             *map(_search_manual, searches),
             *map(_complete_manual, complete),
+            *map(_tracker_manual, trackers),
         ),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
@@ -168,6 +173,7 @@ def _steps(kernels: Kernels) -> str:
     """Which functions take the same time for all inputs."""
     if all(map(is_straight, kernels.programs)):
         loops = ["the search"] * kernels.numeric_inverse + ["the complete inverse"] * kernels.complete_inverse
+        loops += ["the tracker"] * kernels.inverse_tracker
         functions = f"every function but {' and '.join(loops)} takes" if loops else "every function takes"
     else:
         functions = "a function without square roots, arc tangents and selections takes"
@@ -206,6 +212,16 @@ def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
 def _search_manual(search: SolverContext) -> Manual:
     what = "Joint values for a pose of the tool, by a search."
     return Manual(search.header, "", ((search.prototype, what, "a bounded number of steps"),))
+
+
+def _tracker_manual(tracker: TrackerContext) -> Manual:
+    start, step, speeds = tracker.prototypes
+    functions = (
+        (start, "Begins a path at a joint vector.", "one inverse"),
+        (step, "Goes to the next target of a path.", "one inverse, and a bounded number of steps"),
+        (speeds, "The joint speeds that a velocity of the tool costs.", "one pose with its Jacobian, and a few steps"),
+    )
+    return Manual(tracker.header, "", functions)
 
 
 def _complete_manual(complete: CompleteContext) -> Manual:
