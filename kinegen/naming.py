@@ -240,6 +240,11 @@ def range_file(robot: str, extension: str, real: str = "double") -> str:
     return f"{prefix(robot, real)}_redundancy_range.{extension}"
 
 
+def tracker_file(robot: str, extension: str, real: str = "double") -> str:
+    """The files of the inverse along a path, of one number type: `puma560_f32_inverse_tracker.c`."""
+    return f"{prefix(robot, real)}_inverse_tracker.{extension}"
+
+
 def selftest_file(robot: str, real: str = "double") -> str:
     """The self-test of one number type: `puma560_selftest.c`."""
     return f"{prefix(robot, real)}_selftest.c"

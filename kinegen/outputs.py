@@ -115,6 +115,7 @@ class Kind(StrEnum):
     NUMERIC_INVERSE = "numeric_inverse"
     COMPLETE_INVERSE = "complete_inverse"
     REDUNDANCY_RANGE = "redundancy_range"
+    INVERSE_TRACKER = "inverse_tracker"
 
 
 class Reference(StrEnum):
@@ -147,6 +148,7 @@ _FRAMELESS = (
     Kind.NUMERIC_INVERSE,
     Kind.COMPLETE_INVERSE,
     Kind.REDUNDANCY_RANGE,
+    Kind.INVERSE_TRACKER,
 )
 
 
@@ -214,12 +216,14 @@ COMPLETE_INVERSE = Quantity(Kind.COMPLETE_INVERSE)
 
 REDUNDANCY_RANGE = Quantity(Kind.REDUNDANCY_RANGE)
 """Where the redundancy of an inverse may be for a pose, and the nearest solution over all of it; no program either."""
+INVERSE_TRACKER = Quantity(Kind.INVERSE_TRACKER)
+"""The closed-form inverse along a path; it has no program, and needs those of the inverse and of pose and Jacobian."""
 
 INVERSES = (Kind.INVERSE, Kind.AXIS_INVERSE)
 """Closed forms that give several joint vectors for a target."""
 
-SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE, REDUNDANCY_RANGE)
-"""Outputs without a program, which need the pose with its Jacobian; the last one needs the inverse too."""
+SOLVERS = (NUMERIC_INVERSE, COMPLETE_INVERSE, REDUNDANCY_RANGE, INVERSE_TRACKER)
+"""Outputs without a program, which need the pose with its Jacobian; the last two need the inverse too."""
 
 USUAL = (Quantity.POSE, Quantity.FRAMES, Quantity.POSITION)
 """What is built where nothing else is asked for."""
@@ -323,8 +327,8 @@ def parse_quantity(text: str) -> Quantity:
 def with_needed(quantities: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
     """The quantities that have programs, with those that others are built on."""
     programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
-    needed = (POSE_AND_JACOBIAN,) * any(solver in quantities for solver in SOLVERS)
-    needed += (Quantity(Kind.INVERSE),) * (REDUNDANCY_RANGE in quantities)
+    needed = [POSE_AND_JACOBIAN] * any(solver in quantities for solver in SOLVERS)
+    needed += [Quantity(Kind.INVERSE)] * (REDUNDANCY_RANGE in quantities or INVERSE_TRACKER in quantities)
     return (*programs, *(each for each in needed if each not in programs))
 
 

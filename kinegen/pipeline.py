@@ -37,7 +37,7 @@ from kinegen.ir.program import AngleSum, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE, SOLVERS, Quantity, with_needed
+from kinegen.outputs import SOLVERS, Quantity, with_needed
 from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.robot.calibrated import calibrated
 from kinegen.robot.model import Robot
@@ -176,7 +176,7 @@ def _programs(
         works = zip(expressions, clock.each("lower", wanted), strict=True)
         programs = tuple(lower(each) for each, _ in works)
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
-        solvers = (solver in quantities for solver in SOLVERS)
+        solvers = [solver in quantities for solver in SOLVERS]
         kernels = Kernels(robot, programs, runtime_defaults(robot), *solvers)
         return kernels, tuple(map(lower, others))
 
@@ -223,9 +223,7 @@ def _prove(
     """The proof of all there is, the backend of the Python package, and reasons for what is not proven."""
     quantities = (
         *(program.quantity for program in kernels.programs),
-        *[NUMERIC_INVERSE] * kernels.numeric_inverse,
-        *[COMPLETE_INVERSE] * kernels.complete_inverse,
-        *[REDUNDANCY_RANGE] * kernels.redundancy_range,
+        *kernels.solvers,
     )
     reals = tuple(map(str, options.reals))
     with clock.stage("prove") as detail, _kept_once_proved(extension):

@@ -31,10 +31,12 @@ from kinegen.emit.kernels import Kernels
 from kinegen.emit.languages import LANGUAGES, emit_language
 from kinegen.emit.range_refusal import refusal
 from kinegen.emit.reals import Real
+from kinegen.emit.tracking import require_trackable
 from kinegen.errors import KinegenError
 from kinegen.formats.load import load
 from kinegen.ir.lower import program_of, runtime_defaults
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE, USUAL, Kind, Quantity, every_quantity
+from kinegen.ir.program import Program
+from kinegen.outputs import USUAL, Kind, Quantity, every_quantity
 from kinegen.robot.calibrated import DH, calibrated
 from kinegen.robot.model import Robot
 from kinegen.verify.integer_vectors import fixed_vectors
@@ -70,7 +72,17 @@ def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
         except KinegenError:
             continue  # such as an inverse of an arm without a closed form
     has_range = not refusal(robot) and any(program.quantity.kind is Kind.INVERSE for program in found)
-    return Kernels(robot, tuple(found), runtime_defaults(robot), robot.dof > 0, _has_all_solutions(robot), has_range)
+    solvers = robot.dof > 0, _has_all_solutions(robot), has_range, _has_tracker(robot, found)
+    return Kernels(robot, tuple(found), runtime_defaults(robot), *solvers)
+
+
+def _has_tracker(robot: Robot, found: Iterable[Program]) -> bool:
+    """Whether there is a closed-form inverse among some programs that can follow a path."""
+    try:
+        require_trackable(robot, next((each.signature.branches for each in found if each.signature.branches), None))
+    except KinegenError:
+        return False
+    return True
 
 
 def _has_all_solutions(robot: Robot) -> bool:
@@ -94,9 +106,7 @@ def quantities_of(robot: Robot) -> tuple[Quantity, ...]:
 def outputs(robot: Robot) -> str:
     """The names of all outputs that a robot has, for `--outputs`."""
     kernels = programs(robot, quantities_of(robot))
-    quantities = [program.quantity for program in kernels.programs] + [NUMERIC_INVERSE] * kernels.numeric_inverse
-    quantities += [COMPLETE_INVERSE] * kernels.complete_inverse
-    quantities += [REDUNDANCY_RANGE] * kernels.redundancy_range
+    quantities = [*(program.quantity for program in kernels.programs), *kernels.solvers]
     return ",".join(map(str, quantities))
 
 

@@ -78,8 +78,8 @@ def _taken(read: Callable[[str], Result], text: str) -> Result:
     callback=quantities_of,
     help="What is computed: pose, frames, position; jacobian, fk_jacobian, twist, acceleration, hessian (with _local "
     "or _world for other axes); quaternion_wxyz, rpy_zyx and other orientations, with _jacobian for their derivatives; "
-    "inverse, numeric_inverse; actuators_to_joints and others. pose@FRAME is for one frame. A wrong name "
-    "prints the list of all names.",
+    "inverse, numeric_inverse, inverse_tracker; actuators_to_joints and others. pose@FRAME is for one frame. A wrong "
+    "name prints the list of all names.",
 )
 @click.option(
     "--wrt",

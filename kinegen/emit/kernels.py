@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
@@ -9,10 +10,11 @@ from fractions import Fraction
 from kinegen import __version__
 from kinegen.emit import range_refusal
 from kinegen.emit.complete.screws import refusal, refused
+from kinegen.emit.tracking import require_trackable
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Count, Program, count
 from kinegen.naming import PARTS, comment_text, companion
-from kinegen.outputs import Kind, Quantity
+from kinegen.outputs import SOLVERS, Kind, Quantity
 from kinegen.robot.dimension import Dimension
 from kinegen.robot.expressions import Expression, evaluate
 from kinegen.robot.floats import FLOATS
@@ -30,6 +32,7 @@ class Kernels:
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.
         complete_inverse: Whether all solutions of an arm with six turning joints are wanted, which need it too.
         redundancy_range: Whether the ranges of the redundancy are wanted, which need it and the inverse.
+        inverse_tracker: Whether the inverse along a path is wanted, which needs it and the inverse.
 
     Raises:
         KinegenError: If two programs would give functions of the same name, or the search has nothing to search.
@@ -41,6 +44,7 @@ class Kernels:
     numeric_inverse: bool = False
     complete_inverse: bool = False
     redundancy_range: bool = False
+    inverse_tracker: bool = False
 
     def __post_init__(self) -> None:
         _check_names(self.robot, tuple(program.quantity for program in self.programs))
@@ -50,6 +54,15 @@ class Kernels:
             raise refused(self.robot, reason)
         if self.redundancy_range and (reason := range_refusal.refusal(self.robot)):
             raise range_refusal.refused(self.robot, reason)
+        if self.inverse_tracker:
+            branches = (program.signature.branches for program in self.programs)
+            require_trackable(self.robot, next(filter(None, branches), None))
+
+    @property
+    def solvers(self) -> tuple[Quantity, ...]:
+        """The outputs without a program that are wanted."""
+        wanted = self.numeric_inverse, self.complete_inverse, self.redundancy_range, self.inverse_tracker
+        return tuple(itertools.compress(SOLVERS, wanted))
 
 
 def _check_names(robot: Robot, quantities: tuple[Quantity, ...]) -> None:

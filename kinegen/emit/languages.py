@@ -17,7 +17,7 @@ from kinegen.emit.matlab import MATLAB
 from kinegen.emit.python import PYTHON
 from kinegen.emit.rust import RUST
 from kinegen.errors import KinegenError
-from kinegen.outputs import COMPLETE_INVERSE, NUMERIC_INVERSE, REDUNDANCY_RANGE, Quantity
+from kinegen.outputs import COMPLETE_INVERSE, INVERSE_TRACKER, NUMERIC_INVERSE, REDUNDANCY_RANGE, Quantity
 
 if TYPE_CHECKING:
     from kinegen.emit.c.expected import Vectors
@@ -76,23 +76,20 @@ def emit_language(kernels: Kernels, language: Language, vectors: Vectors | None 
 def kept(kernels: Kernels, language: Language) -> Kernels:
     """The kernels that a language prints."""
     programs = tuple(each for each in kernels.programs if not language.refuses(each.quantity))
-    has_search = kernels.numeric_inverse and not _refusal(kernels, language, NUMERIC_INVERSE)
-    has_complete = kernels.complete_inverse and not language.refuses(COMPLETE_INVERSE)
-    has_range = kernels.redundancy_range and not language.refuses(REDUNDANCY_RANGE)
+    solvers = [solver for solver in kernels.solvers if not _refusal(kernels, language, solver)]
     return replace(
         kernels,
         programs=programs,
-        numeric_inverse=has_search,
-        complete_inverse=has_complete,
-        redundancy_range=has_range,
+        numeric_inverse=NUMERIC_INVERSE in solvers,
+        complete_inverse=COMPLETE_INVERSE in solvers,
+        redundancy_range=REDUNDANCY_RANGE in solvers,
+        inverse_tracker=INVERSE_TRACKER in solvers,
     )
 
 
 def refusals(kernels: Kernels, language: Language) -> tuple[str, ...]:
     """Sentences about what a language leaves out."""
-    quantities = [program.quantity for program in kernels.programs]
-    quantities += [NUMERIC_INVERSE] * kernels.numeric_inverse + [COMPLETE_INVERSE] * kernels.complete_inverse
-    quantities += [REDUNDANCY_RANGE] * kernels.redundancy_range
+    quantities = [*(program.quantity for program in kernels.programs), *kernels.solvers]
     reasons = ((quantity, _refusal(kernels, language, quantity)) for quantity in quantities)
     return tuple(f"{language.title} has no {quantity}: {reason}" for quantity, reason in reasons if reason)
 

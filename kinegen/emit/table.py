@@ -12,7 +12,6 @@ import textwrap
 from kinegen.emit.functions import LINE
 from kinegen.emit.kernels import Kernels
 from kinegen.naming import comment_text, macro
-from kinegen.outputs import Kind
 from kinegen.robot.dimension import Dimension
 from kinegen.robot.entries import ANGLE_ENTRIES
 from kinegen.robot.expressions import Expression, ExpressionError, evaluate, linear, names, substitute
@@ -69,9 +68,7 @@ def command_lines(kernels: Kernels, *more: str) -> tuple[str, ...]:
 def command_line(kernels: Kernels, *more: str) -> str:
     """The same in one line."""
     outputs = [str(program.quantity) for program in kernels.programs]
-    outputs += [str(Kind.NUMERIC_INVERSE)] * kernels.numeric_inverse
-    outputs += [str(Kind.COMPLETE_INVERSE)] * kernels.complete_inverse
-    outputs += [str(Kind.REDUNDANCY_RANGE)] * kernels.redundancy_range
+    outputs += map(str, kernels.solvers)
     chosen = [parameter.name for parameter in kernels.robot.parameters if parameter.chosen]
     options = [f"--outputs {_listed(outputs)}", *([f"--wrt {_listed(chosen)}"] if chosen else [])]
     options += [f"--redundancy {kernels.robot.redundancy}"] * bool(kernels.robot.redundancy)

@@ -71,6 +71,8 @@ class Interface:
         complete_inverse: Whether it offers all solutions of an arm.
         tips: Number of tips of a tree; 0 for an arm.
         redundancy_range: Whether it offers the ranges of a redundancy.
+        inverse_tracker: Whether it offers the inverse along a path.
+        redundancy: What its inverse is given besides the target; empty where nothing is.
     """
 
     symbol: str
@@ -81,6 +83,8 @@ class Interface:
     complete_inverse: bool = False
     tips: int = 0
     redundancy_range: bool = False
+    inverse_tracker: bool = False
+    redundancy: str = ""
 
     def prefix(self, real: str) -> str:
         """Prefix of the names of one number type."""

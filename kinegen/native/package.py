@@ -24,6 +24,7 @@ from kinegen.native.flags import Flags
 from kinegen.native.glue import Function, Interface, declarations, glue
 from kinegen.native.ranges import range_declarations, range_glue
 from kinegen.native.search import search_declarations, search_glue
+from kinegen.native.tracker import tracker_declarations, tracker_glue
 
 _numbers = itertools.count()
 
@@ -40,7 +41,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         Function(program.quantity.function, program.signature.inputs, program.signature.results)
         for program in kernels.programs
     ]
-    if inverse := inverse_of(kernels):
+    inverse = inverse_of(kernels)
+    if inverse is not None:
         functions.append(Function(NAME, *nearest_signature(inverse[0].signature), returns_last=True))
     return Interface(
         symbol=robot.name,
@@ -51,6 +53,8 @@ def interface_of(kernels: Kernels, reals: tuple[Real, ...]) -> Interface:
         complete_inverse=kernels.complete_inverse,
         tips=len(robot.tips) if robot.is_tree else 0,
         redundancy_range=kernels.redundancy_range,
+        inverse_tracker=kernels.inverse_tracker,
+        redundancy=inverse[1].redundancy if inverse else "",
     )
 
 
@@ -83,6 +87,9 @@ def build_extension(
     if interface.redundancy_range:
         more += range_declarations(interface)
         kernels |= range_glue(interface)
+    if interface.inverse_tracker:
+        more += tracker_declarations(interface)
+        kernels |= tracker_glue(interface)
     return compile_extension(
         {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),

@@ -16,6 +16,7 @@ from kinegen.prove.evidence import Evidence, Finding
 
 _COMPLETE = "it iterates for eigenvalues; intervals say nothing of where that ends"
 _RANGE = "its search has loops; intervals say nothing of where they end"
+_TRACKER = "it chooses among solutions and iterates; intervals say nothing of the choice"
 _SEARCH = "a search with a loop; intervals say nothing of where it ends"
 
 
@@ -46,6 +47,7 @@ def prove(
     left_out = ((str(Kind.NUMERIC_INVERSE), _SEARCH),) * kernels.numeric_inverse
     left_out += ((str(Kind.COMPLETE_INVERSE), _COMPLETE),) * kernels.complete_inverse
     left_out += ((str(Kind.REDUNDANCY_RANGE), _RANGE),) * kernels.redundancy_range
+    left_out += ((str(Kind.INVERSE_TRACKER), _TRACKER),) * kernels.inverse_tracker
     robot = kernels.robot
     names = (parameter.name for parameter in robot.runtime_parameters)
     parameters = tuple(zip(names, map(float, kernels.defaults), strict=True))

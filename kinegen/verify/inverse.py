@@ -149,6 +149,15 @@ def try_ways(
     return tuple(trial if way is first else tester.trial(way, fewer, known)[0] for way in ways)
 
 
+def accepted_of(robot: Robot, real: str) -> float:
+    """The accepted error; of an arm that is nearly of a family what its kernel accepts, and the reference's own."""
+    family = family_of(robot)
+    if family.defect is None:
+        return ACCEPTED[real]
+    own = number_of(RESIDUAL, single=real == "float")
+    return 2 * own + float(_ROUNDINGS * np.finfo(np.float64).eps) * reach(robot) / size_of(robot, family)
+
+
 def _rooms(robot: Robot, real: str) -> FloatArray:
     """How far outside its limits each joint of a valid solution may be."""
     family = family_of(robot)
@@ -274,12 +283,7 @@ class _Tester:
         return self.family.defect is not None
 
     def _accepted(self) -> float:
-        """The accepted error; of an arm that is nearly of a family what its kernel accepts, and the reference's own."""
-        if self.family.defect is None:
-            return ACCEPTED[self.real]
-        own = number_of(RESIDUAL, single=self.real == "float")
-        size = size_of(self.robot, self.family)
-        return 2 * own + float(_ROUNDINGS * np.finfo(np.float64).eps) * reach(self.robot) / size
+        return accepted_of(self.robot, self.real)
 
     def _are_singular(self, q: FloatArray) -> Truths:
         rows = 6 if self.family.aim is Aim.POSE else 3

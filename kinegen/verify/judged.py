@@ -22,17 +22,12 @@ from kinegen.verify.compared import Store
 from kinegen.verify.comparison import Comparison
 from kinegen.verify.impossible import refuse_the_impossible
 from kinegen.verify.inverse import FEWER, Trial, try_ways
+from kinegen.verify.inverses import inverse_comparison
 from kinegen.verify.machine import machine_inputs, try_machine_ways
 from kinegen.verify.moved import move_parameters
 from kinegen.verify.plain import CLAMP, NEAREST, WITHIN, PlainKernels, compile_plain
 from kinegen.verify.prepared import Ready
-from kinegen.verify.proof import (
-    MOVED_POSES,
-    compare_kernel,
-    held,
-    inverse_comparison,
-    with_parameters,
-)
+from kinegen.verify.proof import MOVED_POSES, compare_kernel, held, with_parameters
 from kinegen.verify.samples import SEED, FloatArray, proof_samples
 from kinegen.verify.usage import compare_beyond, require_nans
 from kinegen.verify.ways import DTYPES, Arrays, Way

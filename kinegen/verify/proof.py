@@ -16,31 +16,24 @@ from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
 from kinegen.outputs import (
     COMPLETE_INVERSE,
+    INVERSE_TRACKER,
     INVERSES,
-    NUMERIC_INVERSE,
-    REDUNDANCY_RANGE,
     SOLVERS,
     Array,
     Kind,
     Quantity,
 )
 from kinegen.robot.extent import reach
-from kinegen.robot.model import TOOL, Robot
-from kinegen.symbolic.inverse.derive import family_of, size_of
-from kinegen.tables.seen import chain_of
+from kinegen.robot.model import Robot
 from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
 from kinegen.verify.calls import Called, require_same_bits
 from kinegen.verify.compared import Judge, Store, compare
 from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.complete import Completed, complete_line, try_complete
 from kinegen.verify.expectation import expect
-from kinegen.verify.inverse import Trial, counts_line, try_inverse
+from kinegen.verify.inverses import attempt_of
 from kinegen.verify.known import PLACES, Known
-from kinegen.verify.machine import try_machine
 from kinegen.verify.moved import move_parameters, parameter_sets
-from kinegen.verify.ranges import Ranged, ranges_line, try_ranges
 from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
-from kinegen.verify.search import Search, search_line, try_search
 from kinegen.verify.subjects import FORMS
 from kinegen.verify.usage import compare_usage
 from kinegen.verify.varied import Alternating, require_varied
@@ -97,20 +90,19 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         comparisons += _compare_exactly(robot, package, programs)
         comparisons += _compare_laws(robot, package, programs)
     counts: list[str] = []
-    if COMPLETE_INVERSE in inverses:
-        completed = try_complete(robot, package)
-        comparisons += map(_complete_comparison, completed)
-        counts.append(complete_line(completed[0]))
-    for quantity, real in itertools.product((each for each in inverses if each != COMPLETE_INVERSE), reals):
-        attempt = {NUMERIC_INVERSE: _search, REDUNDANCY_RANGE: _range}.get(quantity, _solve)
-        found, told = attempt(robot, package, quantity, real)
+    for quantity, real in itertools.product(inverses, reals):
+        if quantity == COMPLETE_INVERSE and real != reals[0]:
+            continue  # it computes in double, whatever the others do
+        attempt = attempt_of(quantity)
+        found, told = attempt(robot, package, quantity, real, None)
         counts += [told] * (real == reals[0])
         comparisons += found
         if robot.runtime_parameters:
             moved, values = move_parameters(robot)
             others, _ = attempt(moved, package, quantity, real, values)
             comparisons += [with_parameters(other) for other in others]
-            if quantity.kind is not Kind.AXIS_INVERSE and all(comparison.holds for comparison in comparisons):
+            has_batches = quantity.kind is not Kind.AXIS_INVERSE and quantity != INVERSE_TRACKER
+            if has_batches and all(comparison.holds for comparison in comparisons):
                 require_varied_batches(robot, package, quantity, real)
     return Proof(reach(robot), tuple(comparisons), tuple(counts))
 
@@ -119,84 +111,6 @@ def with_parameters(comparison: Comparison) -> Comparison:
     """A comparison with other values of the runtime parameters, which counts in a row of its own."""
     row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
     return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
-
-
-def _solve(
-    robot: Robot, package: ModuleType, quantity: Quantity, real: str, values: tuple[float, ...] | None = None
-) -> tuple[list[Comparison], str]:
-    attempt = try_machine if quantity.kind is Kind.AXIS_INVERSE else try_inverse
-    trials = attempt(robot, package, quantity, real, values)
-    told = counts_line(max(trials, key=lambda trial: trial.poses))
-    return [inverse_comparison(robot, quantity, trial, real) for trial in trials], told
-
-
-def _search(
-    robot: Robot, package: ModuleType, _quantity: Quantity, real: str, values: tuple[float, ...] | None = None
-) -> tuple[list[Comparison], str]:
-    searches = try_search(robot, package, real, values)
-    return [_search_comparison(search, real) for search in searches], search_line(searches[0], robot.units.length)
-
-
-def _search_comparison(search: Search, real: str) -> Comparison:
-    return Comparison(
-        target=f"{search.target}, search",
-        quantity=NUMERIC_INVERSE,
-        poses=search.targets,
-        position_error=search.position_error,
-        rotation_error=search.rotation_error,
-        position_tolerance=search.position_tolerance,
-        rotation_tolerance=search.rotation_tolerance,
-        worst=search.worst,
-        frame=search.frame,
-        real=real,
-    )
-
-
-def _complete_comparison(completed: Completed) -> Comparison:
-    return _solver_comparison(completed, f"{completed.target}, all solutions", COMPLETE_INVERSE, "double")
-
-
-def _range(
-    robot: Robot, package: ModuleType, quantity: Quantity, real: str, _values: tuple[float, ...] | None = None
-) -> tuple[list[Comparison], str]:
-    found = try_ranges(robot, package, real)
-    return [_solver_comparison(each, f"{each.target}, nearest of all", quantity, real) for each in found], ranges_line(
-        found[0]
-    )
-
-
-def _solver_comparison(tried: Completed | Ranged, target: str, quantity: Quantity, real: str) -> Comparison:
-    """What the trial of an output without a program comes to."""
-    return Comparison(
-        target=target,
-        quantity=quantity,
-        poses=tried.targets,
-        position_error=tried.position_error,
-        rotation_error=tried.rotation_error,
-        position_tolerance=tried.position_tolerance,
-        rotation_tolerance=tried.rotation_tolerance,
-        worst=tried.worst,
-        frame=TOOL,
-        real=real,
-    )
-
-
-def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial, real: str) -> Comparison:
-    """What a trial of an inverse comes to."""
-    chain = chain_of(robot, quantity)
-    size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(chain, family_of(chain))
-    return Comparison(
-        target=f"{trial.target}, there and back",
-        quantity=quantity,
-        poses=trial.poses,
-        position_error=trial.position_error,
-        rotation_error=trial.rotation_error,
-        position_tolerance=trial.accepted * size,
-        rotation_tolerance=trial.accepted,
-        worst=trial.worst,
-        frame=quantity.way or TOOL,
-        real=real,
-    )
 
 
 def _compare_ways(

@@ -34,6 +34,8 @@ def page_kernels(robot: Robot, outputs: tuple[Quantity, ...] = ()) -> Kernels:
     wanted |= dict.fromkeys(quantity for quantity in _possible(robot) if quantity not in wanted)
     if any(quantity.kind is Kind.NUMERIC_INVERSE for quantity in wanted):
         raise KinegenError("numeric_inverse is not an output of a page, which has its own search", robot.source)
+    if any(quantity.kind is Kind.INVERSE_TRACKER for quantity in wanted):
+        raise KinegenError("inverse_tracker is not an output of a page: it is in C and Python alone", robot.source)
     if any(quantity.kind is Kind.COMPLETE_INVERSE for quantity in wanted):
         raise KinegenError("complete_inverse is not an output of a page: it is in C and Python alone", robot.source)
     if any(quantity.kind is Kind.REDUNDANCY_RANGE for quantity in wanted):

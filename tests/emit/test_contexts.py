@@ -15,6 +15,7 @@ from jinja2 import meta, nodes
 from kinegen.emit.c import (
     batch,
     complete_inverse,
+    inverse_tracker,
     kernel,
     numeric_inverse,
     numeric_inverse_batch,
@@ -46,6 +47,8 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/complete_inverse.c.jinja": {"k": complete_inverse.CompleteContext},
     "c/redundancy_range.h.jinja": {"k": redundancy_range.RangeContext},
     "c/redundancy_range.c.jinja": {"k": redundancy_range.RangeContext},
+    "c/inverse_tracker.h.jinja": {"k": inverse_tracker.TrackerContext},
+    "c/inverse_tracker.c.jinja": {"k": inverse_tracker.TrackerContext},
     "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},
     "cpp/CMakeLists.txt.jinja": {"k": cpp_header.HeaderContext},
     "cpp/driver.cpp.jinja": {"k": cpp_header.HeaderContext},

@@ -24,6 +24,7 @@ def _files(kernels: Kernels, real: str) -> dict[str, str]:
     # Here, so that the list of languages is quick to read.
     from kinegen.emit.c.batch import emit_batch
     from kinegen.emit.c.complete_inverse import emit_complete_inverse
+    from kinegen.emit.c.inverse_tracker import emit_inverse_tracker
     from kinegen.emit.c.kernel import emit_kernel
     from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
     from kinegen.emit.c.numeric_inverse_batch import emit_numeric_inverse_batch
@@ -34,6 +35,8 @@ def _files(kernels: Kernels, real: str) -> dict[str, str]:
         files |= emit_numeric_inverse(kernels, Real(real)) | emit_numeric_inverse_batch(kernels, Real(real))
     if kernels.redundancy_range:
         files |= emit_redundancy_range(kernels, Real(real))
+    if kernels.inverse_tracker:
+        files |= emit_inverse_tracker(kernels, Real(real))
     has_complete = kernels.complete_inverse and Real(real) is Real.DOUBLE
     return files | (emit_complete_inverse(kernels) if has_complete else {})
 

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
 
 
 def _refuses(quantity: Quantity) -> str:
-    if quantity.kind is Kind.COMPLETE_INVERSE:
-        return "C++ calls that of C, in NAME_complete_inverse.h"
-    if quantity.kind is Kind.REDUNDANCY_RANGE:
-        return "C++ calls that of C, in NAME_redundancy_range.h"
+    if quantity.kind in (Kind.COMPLETE_INVERSE, Kind.REDUNDANCY_RANGE, Kind.INVERSE_TRACKER):
+        return f"C++ calls that of C, in NAME_{quantity.kind}.h"
     return "it is a search; C++ calls that of C, see docs/cpp.md" if quantity.kind is Kind.NUMERIC_INVERSE else ""
 
 

@@ -20,6 +20,8 @@ def _refuses(quantity: Quantity) -> str:
         return "it is in C and Python alone"
     if quantity.kind is Kind.COMPLETE_INVERSE:
         return "it computes eigenvalues in loops, and functions here have none"
+    if quantity.kind is Kind.INVERSE_TRACKER:
+        return "it is in C and Python alone"
     return "it is a search, and functions here have no loop" if quantity.kind is Kind.NUMERIC_INVERSE else ""
 
 

@@ -37,9 +37,7 @@ _FUNCTIONS = frozenset(
 
 
 def _refuses(quantity: Quantity) -> str:
-    if quantity.kind is Kind.REDUNDANCY_RANGE:
-        return "it is in C and Python alone"
-    if quantity.kind is Kind.COMPLETE_INVERSE:
+    if quantity.kind in (Kind.COMPLETE_INVERSE, Kind.REDUNDANCY_RANGE, Kind.INVERSE_TRACKER):
         return "it is in C and Python alone"
     if quantity.kind is Kind.NUMERIC_INVERSE:
         return "it is a search, and functions here have no loop"

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from kinegen.emit.c.complete_inverse import CompleteContext, complete_context
 from kinegen.emit.c.expected import Vectors
+from kinegen.emit.c.inverse_tracker import TrackerContext, tracker_context
 from kinegen.emit.c.kernel import KernelContext, kernel_context
 from kinegen.emit.c.numeric_inverse import SolverContext, solver_context
 from kinegen.emit.c.redundancy_range import RangeContext, range_context
@@ -94,6 +95,7 @@ class ProjectContext:
     searches: tuple[SolverContext, ...]
     complete: tuple[CompleteContext, ...]
     ranges: tuple[RangeContext, ...]
+    trackers: tuple[TrackerContext, ...]
     headers: tuple[str, ...]
     sources: tuple[str, ...]
     manuals: tuple[Manual, ...]
@@ -129,9 +131,10 @@ def project_context(
     searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
     if kernels.complete_inverse:
         require_double(robot, reals)
+    trackers = tuple(tracker_context(kernels, real) for real in reals) if kernels.inverse_tracker else ()
     complete = (complete_context(kernels),) if kernels.complete_inverse else ()
     ranges = tuple(range_context(kernels, real) for real in reals) if kernels.redundancy_range else ()
-    solvers = (*searches, *complete, *ranges)
+    solvers = (*searches, *complete, *ranges, *trackers)
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -151,6 +154,7 @@ def project_context(
         searches=searches,
         complete=complete,
         ranges=ranges,
+        trackers=trackers,
         headers=(*(each.header for each in contexts), *(each.header for each in solvers)),
         sources=(*(each.source for each in contexts), *(each.source for each in solvers)),
         manuals=(
@@ -158,6 +162,7 @@ def project_context(
             *map(_search_manual, searches),
             *map(_complete_manual, complete),
             *map(_range_manual, ranges),
+            *map(_tracker_manual, trackers),
         ),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
@@ -175,6 +180,7 @@ def _steps(kernels: Kernels) -> str:
     if all(map(is_straight, kernels.programs)):
         loops = ["the search"] * kernels.numeric_inverse + ["the complete inverse"] * kernels.complete_inverse
         loops += ["the ranges of the redundancy"] * kernels.redundancy_range
+        loops += ["the tracker"] * kernels.inverse_tracker
         functions = f"every function but {' and '.join(loops)} takes" if loops else "every function takes"
     else:
         functions = "a function without square roots, arc tangents and selections takes"
@@ -213,6 +219,16 @@ def _manual(kernels: Kernels, context: KernelContext | FixedContext) -> Manual:
 def _search_manual(search: SolverContext) -> Manual:
     what = f"Joint values for {'poses of all tips' if search.tips else 'a pose of the tool'}, by a search."
     return Manual(search.header, "", ((search.prototype, what, "a bounded number of steps"),))
+
+
+def _tracker_manual(tracker: TrackerContext) -> Manual:
+    start, step, speeds = tracker.prototypes
+    functions = (
+        (start, "Begins a path at a joint vector.", "one inverse"),
+        (step, "Goes to the next target of a path.", "one inverse, and a bounded number of steps"),
+        (speeds, "The joint speeds that a velocity of the tool costs.", "one pose with its Jacobian, and a few steps"),
+    )
+    return Manual(tracker.header, "", functions)
 
 
 def _complete_manual(complete: CompleteContext) -> Manual:

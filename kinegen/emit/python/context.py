@@ -79,6 +79,25 @@ class RangeOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class Tracking:
+    """The inverse along a path, as Python text.
+
+    Attributes:
+        kernel: Name of the kernel of pose and Jacobian.
+        strides: What of each joint counts as much as an angle of 1 rad.
+        reach: What a position error is compared with.
+        rigid: How far targets may be from rotations, for float64 and for float32; None where rotations are not read.
+        given: Index of the joint that is given besides the target; None where none is.
+    """
+
+    kernel: str
+    strides: str
+    reach: str
+    rigid: str
+    given: str
+
+
+@dataclass(frozen=True, slots=True)
 class PackageContext:
     """What the template `python/__init__.py.jinja` is given."""
 
@@ -107,5 +126,6 @@ class PackageContext:
     numeric_inverse: Numeric | None
     complete_inverse: bool
     redundancy_range: RangeOptions | None
+    inverse_tracker: Tracking | None
     stamp: str
     exported: tuple[str, ...]

@@ -21,20 +21,13 @@ from kinegen.emit.python.context import Numeric, PackageContext, PublicKernel
 from kinegen.emit.python.example import example
 from kinegen.emit.python.ranges import RANGED, range_options
 from kinegen.emit.python.stub import emit_stub
+from kinegen.emit.python.tracker import tracking_of
 from kinegen.emit.reals import Real
 from kinegen.emit.tips import tips_of
 from kinegen.emit.words import brief, summary
 from kinegen.ir.program import Program
 from kinegen.naming import docstring_text, python_identifier
-from kinegen.outputs import (
-    COMPLETE_INVERSE,
-    NUMERIC_INVERSE,
-    POSE_AND_JACOBIAN,
-    REDUNDANCY_RANGE,
-    Array,
-    Branches,
-    Kind,
-)
+from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, Array, Branches, Kind
 from kinegen.robot.actuators.extent import reading_ranges
 from kinegen.robot.extent import joint_box, reach
 from kinegen.robot.model import JointType, Robot
@@ -76,6 +69,9 @@ TIPS = ("_tips_inverse.py", "_tips_search.py")
 COMPLETE = ("_complete_inverse.py", "_elimination.py", "_targets.py")
 """What is copied besides for all solutions of an arm."""
 
+TRACKER = ("_inverse_tracker.py", "_tracked.py", "_tracking.py")
+"""What is copied besides for the inverse along a path."""
+
 ACTUATORS = "_actuators.py"
 """What is copied besides where kernels take or give readings of actuators."""
 
@@ -105,7 +101,7 @@ def emit_package(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> dict[
     files += INVERSE * bool(context.branches)
     files += RANGED * kernels.redundancy_range
     files += NUMERIC * kernels.numeric_inverse + TIPS * (kernels.numeric_inverse and kernels.robot.is_tree)
-    files += COMPLETE * kernels.complete_inverse
+    files += COMPLETE * kernels.complete_inverse + TRACKER * kernels.inverse_tracker
     banner = f"# {provenance(kernels.robot)}\n# SPDX-License-Identifier: 0BSD\n"
     runtime = resources.files("kinegen.native.runtime")
     return {
@@ -153,6 +149,7 @@ def _context(kernels: Kernels, reals: tuple[Real, ...], stamp: str) -> PackageCo
         numeric_inverse=_numeric(kernels) if kernels.numeric_inverse else None,
         complete_inverse=kernels.complete_inverse,
         redundancy_range=range_options(kernels, branches) if kernels.redundancy_range and branches else None,
+        inverse_tracker=tracking_of(kernels) if kernels.inverse_tracker else None,
         stamp=stamp,
         exported=_exported(kernels, functions, has_frames, has_jacobians),
     )
@@ -172,9 +169,7 @@ def _exported(
     names += ["condition_number", "manipulability"] * has_jacobians
     names += ["BRANCHES"] * any(function.wrapper in INVERSE_CLASSES for function in functions)
     names += ["ACTUATORS", "ACTUATOR_RANGES", "ACTUATOR_UNITS", "check_actuators"] * has_actuators(kernels)
-    names += [NUMERIC_INVERSE.function] * kernels.numeric_inverse
-    names += [COMPLETE_INVERSE.function] * kernels.complete_inverse
-    names += [REDUNDANCY_RANGE.function] * kernels.redundancy_range
+    names += [solver.function for solver in kernels.solvers]
     return tuple(sorted(names, key=_export_key))
 
 

@@ -26,7 +26,8 @@ _CRATES = frozenset("alloc cc core glam nalgebra proc_macro std test f32 f64".sp
 
 
 def _refuses(quantity: Quantity) -> str:
-    return "it is in C and Python alone" if quantity.kind in (Kind.COMPLETE_INVERSE, Kind.REDUNDANCY_RANGE) else ""
+    alone = (Kind.COMPLETE_INVERSE, Kind.REDUNDANCY_RANGE, Kind.INVERSE_TRACKER)
+    return "it is in C and Python alone" if quantity.kind in alone else ""
 
 
 def _syntax(real: str) -> Syntax[Operator]:
