@@ -19,7 +19,7 @@ from kinegen.formats.load import load
 from kinegen.native.package import load_package
 from kinegen.outputs import Kind, Quantity
 from kinegen.verify import inverse as proof
-from kinegen.verify import languages
+from kinegen.verify import judged
 from kinegen.verify.languages import prove_language
 from kinegen.viewer.kernels import page_kernels
 from tests.builds.workshop import ROBOTS, make, set_machine
@@ -159,15 +159,16 @@ def test_a_page_searches_and_refuses_the_closed_form() -> None:
 
 
 @pytest.mark.languages
+@pytest.mark.parametrize("robot", ["iiwa14_arm_angle", "hanging_arm"])
 @pytest.mark.parametrize("name", ["cpp", "rust", "javascript"])
-def test_every_language_takes_it(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_language_takes_it(name: str, robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     language = LANGUAGES[name]
     if not any(map(shutil.which, language.tools)):
         pytest.skip(f"needs {language.install}")
-    monkeypatch.setattr(languages, "FEWER", 200)
-    monkeypatch.setattr(languages, "SAME_BITS", 64)
-    given = kernels("iiwa14_arm_angle", OUTPUTS)
-    files = emit_language(given, language, vectors("iiwa14_arm_angle", OUTPUTS))
+    monkeypatch.setattr(judged, "FEWER", 200)
+    monkeypatch.setattr(judged, "SAME_BITS", 64)
+    given = kernels(robot, OUTPUTS)
+    files = emit_language(given, language, vectors(robot, OUTPUTS))
     compared = prove_language(given, language, files)
 
     assert {str(each.quantity) for each in compared} == {"pose", "inverse"}
@@ -175,7 +176,7 @@ def test_every_language_takes_it(name: str, tmp_path: Path, monkeypatch: pytest.
     if name == "cpp":
         for path, text in files.items():
             (tmp_path / Path(path).name).write_text(text, encoding="utf-8")
-        test = tmp_path / "iiwa14_arm_angle_test_double.cpp"
+        test = tmp_path / f"{robot}_test_double.cpp"
         run(["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", test, "-o", tmp_path / "test"])
         assert "0 failures" in run([tmp_path / "test"])
 
