@@ -10,6 +10,7 @@ import pytest
 
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
+from kinegen.emit.languages import LANGUAGES, kept, refusals
 from kinegen.emit.reals import Real
 from kinegen.emit.search import TUNING
 from kinegen.errors import KinegenError
@@ -79,6 +80,16 @@ def test_the_bits_do_not_depend_on_compiler_or_level(real: Real, tmp_path: Path)
 def test_a_robot_without_joints_is_refused() -> None:
     with pytest.raises(KinegenError, match="no numeric inverse for blocks: it has no joints"):
         lower_file(ROBOTS / "blocks.yaml", (NUMERIC_INVERSE,))
+
+
+def test_rust_leaves_the_search_of_a_tree_out_and_says_so() -> None:
+    kernels = lower_file(ROBOTS / "hand.yaml", (NUMERIC_INVERSE,))
+
+    assert kept(kernels, LANGUAGES["c"]).numeric_inverse
+    assert not kept(kernels, LANGUAGES["rust"]).numeric_inverse
+    assert "Rust has no numeric_inverse: for several tips it is in C and Python alone" in refusals(
+        kernels, LANGUAGES["rust"]
+    )
 
 
 def test_it_brings_the_kernel_it_needs_once() -> None:
