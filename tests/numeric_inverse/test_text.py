@@ -19,6 +19,7 @@ from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, 
 from kinegen.pipeline import lower_file
 from tests.builds.workshop import ROBOTS
 from tests.emit.emitted import COMPILERS, STRICT, run
+from tests.numeric_inverse.conftest import robot_file
 
 ARMS = ("stanford", "calibrated_2r")
 
@@ -41,7 +42,7 @@ int main(void)
 
 
 def write(name: str, real: Real, folder: Path) -> list[Path]:
-    kernels = lower_file(ROBOTS / f"{name}.yaml", (NUMERIC_INVERSE,))
+    kernels = lower_file(robot_file(name), (NUMERIC_INVERSE,))
     files = emit_kernel(kernels, real) | emit_numeric_inverse(kernels, real)
     stem = name if real is Real.DOUBLE else f"{name}_f32"
     params = f"&{stem}_default_params, " if kernels.defaults else ""
@@ -53,7 +54,7 @@ def write(name: str, real: Real, folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [*ARMS, "hand", "two_arms"])
 @pytest.mark.parametrize("real", Real)
 def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: Real, tmp_path: Path) -> None:
     *_, search, _ = write(name, real, tmp_path)
