@@ -27,6 +27,13 @@ def test_what_is_missing_and_what_serves_instead(capsys: pytest.CaptureFixture[s
     assert "scara.yaml: SCARA, joints RRP\n" in text
 
 
+def test_a_tree_has_a_numeric_inverse_of_all_tips(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(ROBOTS / "hand.yaml")]) == 0
+    text = capsys.readouterr().out
+    assert "  The numeric inverse takes targets of all tips: kinegen build --outputs numeric_inverse\n" in text
+    assert "works for every arm" not in text
+
+
 def test_a_bad_file_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", "nowhere.yaml"]) == 1
     assert capsys.readouterr().err.count("\n") == 1

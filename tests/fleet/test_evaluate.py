@@ -348,6 +348,14 @@ def test_folders_that_do_not_fit_are_one_line(names: tuple[str, ...], message: s
     assert not (tmp_path / "out.parquet").exists()
 
 
+def test_the_search_of_a_tree_is_refused_before_anything_is_compiled(q: Any, tmp_path: Path) -> None:
+    write(tmp_path / "q.parquet", q)
+    with pytest.raises(
+        KinegenError, match="numeric_inverse of hand takes a target for each of its 5 tips, which files"
+    ):
+        evaluate(ROOT / "robots" / "hand.yaml", tmp_path / "q.parquet", tmp_path / "out.parquet", "numeric_inverse")
+
+
 def test_a_run_goes_on_where_it_stopped(q: Any, tmp_path: Path) -> None:
     data, whole, cut = write(tmp_path / "q.parquet", q), tmp_path / "whole", tmp_path / "cut"
     evaluate(ROBOT, data, whole, OUTPUTS, part_rows=200)

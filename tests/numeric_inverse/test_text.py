@@ -10,6 +10,7 @@ import pytest
 
 from kinegen.emit.c.kernel import emit_kernel
 from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
+from kinegen.emit.languages import LANGUAGES, kept, refusals
 from kinegen.emit.reals import Real
 from kinegen.emit.search import TUNING
 from kinegen.errors import KinegenError
@@ -18,6 +19,7 @@ from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, 
 from kinegen.pipeline import lower_file
 from tests.builds.workshop import ROBOTS
 from tests.emit.emitted import COMPILERS, STRICT, run
+from tests.numeric_inverse.conftest import robot_file
 
 ARMS = ("stanford", "calibrated_2r")
 
@@ -40,7 +42,7 @@ int main(void)
 
 
 def write(name: str, real: Real, folder: Path) -> list[Path]:
-    kernels = lower_file(ROBOTS / f"{name}.yaml", (NUMERIC_INVERSE,))
+    kernels = lower_file(robot_file(name), (NUMERIC_INVERSE,))
     files = emit_kernel(kernels, real) | emit_numeric_inverse(kernels, real)
     stem = name if real is Real.DOUBLE else f"{name}_f32"
     params = f"&{stem}_default_params, " if kernels.defaults else ""
@@ -52,7 +54,7 @@ def write(name: str, real: Real, folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [*ARMS, "hand", "two_arms"])
 @pytest.mark.parametrize("real", Real)
 def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: Real, tmp_path: Path) -> None:
     *_, search, _ = write(name, real, tmp_path)
@@ -79,6 +81,16 @@ def test_the_bits_do_not_depend_on_compiler_or_level(real: Real, tmp_path: Path)
 def test_a_robot_without_joints_is_refused() -> None:
     with pytest.raises(KinegenError, match="no numeric inverse for blocks: it has no joints"):
         lower_file(ROBOTS / "blocks.yaml", (NUMERIC_INVERSE,))
+
+
+def test_rust_leaves_the_search_of_a_tree_out_and_says_so() -> None:
+    kernels = lower_file(ROBOTS / "hand.yaml", (NUMERIC_INVERSE,))
+
+    assert kept(kernels, LANGUAGES["c"]).numeric_inverse
+    assert not kept(kernels, LANGUAGES["rust"]).numeric_inverse
+    assert "Rust has no numeric_inverse: for several tips it is in C and Python alone" in refusals(
+        kernels, LANGUAGES["rust"]
+    )
 
 
 def test_it_brings_the_kernel_it_needs_once() -> None:
