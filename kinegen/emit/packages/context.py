@@ -126,11 +126,7 @@ def project_context(
     floats = tuple(kernel_context(kernels, real) for real in reals)
     integers = (fixed_context(fixed),) if fixed else ()
     contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
-    searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
-    if kernels.complete_inverse:
-        require_double(robot, reals)
-    complete = (complete_context(kernels),) if kernels.complete_inverse else ()
-    ranges = tuple(range_context(kernels, real) for real in reals) if kernels.redundancy_range else ()
+    searches, complete, ranges = _solvers(kernels, reals)
     solvers = (*searches, *complete, *ranges)
     return ProjectContext(
         name=robot.name,
@@ -167,6 +163,19 @@ def project_context(
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
         layout=layout,
+    )
+
+
+def _solvers(
+    kernels: Kernels, reals: tuple[Real, ...]
+) -> tuple[tuple[SolverContext, ...], tuple[CompleteContext, ...], tuple[RangeContext, ...]]:
+    """What there is of the outputs without a program."""
+    if kernels.complete_inverse:
+        require_double(kernels.robot, reals)
+    return (
+        tuple(solver_context(kernels, real) for real in reals * kernels.numeric_inverse),
+        (complete_context(kernels),) if kernels.complete_inverse else (),
+        tuple(range_context(kernels, real) for real in reals * kernels.redundancy_range),
     )
 
 
