@@ -24,6 +24,9 @@ RANGES = 16
 """Intervals of a branch that are stored. An arm angle has 15 at most: twelve limits with two crossings each and four
 jumps are 28 ends, and -pi and pi part one more."""
 
+BRANCHES = 8
+"""Branches at most of an inverse with a redundancy: two choices each of three kinds."""
+
 PARTS = 64
 """Equal parts of the range of a joint that is given; each is looked at in its ends and its middle."""
 

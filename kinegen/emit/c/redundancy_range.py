@@ -123,8 +123,8 @@ def emit_redundancy_range(kernels: Kernels, real: Real) -> dict[str, str]:
 def range_context(kernels: Kernels, real: Real) -> RangeContext:
     """Everything the templates lay out, as finished text."""
     robot, branches = kernels.robot, branches_of(kernels)
-    if branches is None:
-        raise ValueError(f"{robot.name} has no inverse among its kernels")
+    if branches is None or len(branches.names) > numbers.BRANCHES:
+        raise ValueError(f"{robot.name} has no inverse with at most {numbers.BRANCHES} branches among its kernels")
     header, source = (range_file(robot.name, suffix, real) for suffix in "hc")
     most, dof = (macro(robot.name, word) for word in ("RANGES", "DOF"))
     name = function(robot.name, REDUNDANCY_RANGE.function, real)

@@ -128,13 +128,9 @@ def project_context(
     floats = tuple(kernel_context(kernels, real) for real in reals)
     integers = (fixed_context(fixed),) if fixed else ()
     contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
-    searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
-    if kernels.complete_inverse:
-        require_double(robot, reals)
-    trackers = tuple(tracker_context(kernels, real) for real in reals) if kernels.inverse_tracker else ()
-    complete = (complete_context(kernels),) if kernels.complete_inverse else ()
-    ranges = tuple(range_context(kernels, real) for real in reals) if kernels.redundancy_range else ()
-    solvers = (*searches, *complete, *ranges, *trackers)
+    searches, complete, ranges = _solvers(kernels, reals)
+    trackers = tuple(tracker_context(kernels, real) for real in reals * kernels.inverse_tracker)
+    printed = (*contexts, *searches, *complete, *ranges, *trackers)
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -155,8 +151,8 @@ def project_context(
         complete=complete,
         ranges=ranges,
         trackers=trackers,
-        headers=(*(each.header for each in contexts), *(each.header for each in solvers)),
-        sources=(*(each.source for each in contexts), *(each.source for each in solvers)),
+        headers=tuple(each.header for each in printed),
+        sources=tuple(each.source for each in printed),
         manuals=(
             *(_manual(kernels, context) for context in contexts),
             *map(_search_manual, searches),
@@ -172,6 +168,19 @@ def project_context(
         has_double=Real.DOUBLE in reals,
         target=cmake_target(robot.name),
         layout=layout,
+    )
+
+
+def _solvers(
+    kernels: Kernels, reals: tuple[Real, ...]
+) -> tuple[tuple[SolverContext, ...], tuple[CompleteContext, ...], tuple[RangeContext, ...]]:
+    """What there is of the outputs without a program."""
+    if kernels.complete_inverse:
+        require_double(kernels.robot, reals)
+    return (
+        tuple(solver_context(kernels, real) for real in reals * kernels.numeric_inverse),
+        (complete_context(kernels),) if kernels.complete_inverse else (),
+        tuple(range_context(kernels, real) for real in reals * kernels.redundancy_range),
     )
 
 
