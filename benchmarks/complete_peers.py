@@ -142,11 +142,16 @@ def _each(solve: Callable[[Array], Array], targets: Array) -> list[Array]:
 
 
 def _holding(robot: Robot, q: Array, target: Array) -> Array:
-    """The joint vectors within the limits that lead to a target, whole turns brought to the middle."""
+    """The joint vectors within the limits that lead to a target, each once, whole turns brought to the middle."""
     low, high = np.array(joint_box(robot)).T
     q = q - 2 * np.pi * np.round((q - (low + high) / 2) / (2 * np.pi))
     apart = np.abs(reference.pose(robot, q)[:, 0] - target).max(axis=(1, 2)) if len(q) else np.zeros(0)
-    return q[(apart < HOLDS) & ((q >= low - HOLDS) & (q <= high + HOLDS)).all(axis=1)]
+    q = q[(apart < HOLDS) & ((q >= low - HOLDS) & (q <= high + HOLDS)).all(axis=1)]
+    once: list[Array] = []
+    for each in q:
+        if not once or _lost(each[None], np.array(once)):
+            once.append(each)
+    return np.array(once).reshape(-1, robot.dof)
 
 
 def _lost(theirs: Array, ours: Array) -> int:
