@@ -1,7 +1,7 @@
 """All solutions of arms without a usual closed form, against other tools: `python -m benchmarks.complete_peers`.
 
-ssik and EAIK get the same targets, where they are installed and solve the arm; both are set up from the lines of the
-joints. Six joints: all solutions for each target. Seven joints: ssik chooses itself what is redundant, so each solution
+ssik and EAIK get the same targets, where they are installed and solve the arm. Six joints: ssik's own arms, and all
+solutions for each target. Seven joints: ssik chooses itself what is redundant, so each solution
 that it finds is asked of kinegen with the redundancy that this solution has; EAIK holds the last joint at one value.
 """
 
@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.arms.sources import ssik
 from benchmarks.speed.arm import ROBOTS, Array
 from kinegen import reference
 from kinegen.emit.reals import Real
@@ -31,7 +32,9 @@ from kinegen.results import BuildOptions
 from kinegen.robot.extent import joint_box
 from kinegen.robot.model import TOOL, Robot
 
-SIX = ("jaco2", "crx10ial", "xarm6", "gen3_lite")
+SIX = ("kinova_jaco2", "fanuc_crx10ial", "ufactory_xarm6", "kinova_gen3_lite")
+"""Arms of ssik, which has modules for them; setting up such an arm from its axes takes minutes there."""
+
 SEVEN = ("panda_joint_7", "iiwa14_arm_angle")
 INVERSE = Quantity(Kind.INVERSE)
 HOLDS, SAME = 1e-6, 1e-4
@@ -54,21 +57,25 @@ def main() -> None:
 
 
 def against(name: str, count: int) -> Iterator[str]:
-    """Six joints: the complete inverse and each tool that solves the arm."""
-    robot, package = load(ROBOTS / f"{name}.yaml"), _package(name, COMPLETE_INVERSE)
+    """Six joints: the complete inverse and ssik's module of the arm."""
+    if importlib.util.find_spec("ssik") is None:
+        return
+    maker, _, model = name.partition("_")
+    module = importlib.import_module(f"ssik.prebuilt.{maker}.{model}_ik")
+    robot = next(ssik(name)).robot
+    package = _package(robot, COMPLETE_INVERSE)
     targets = reference.pose(robot, _random(robot, BATCH))[:, 0]
     mine, (solutions, valid) = _timed(partial(package.complete_inverse, targets))
-    for tool, solve in _tools(robot, None):
-        theirs, found = _timed(partial(_each, solve, targets[:count]))
-        found = [_holding(robot, q, target) for q, target in zip(found, targets, strict=False)]
-        lost = sum(_lost(q, solutions[row][valid[row]]) for row, q in enumerate(found))
-        counts = sum(map(len, found)), int(valid[:count].sum())
-        yield _row(name, tool, (theirs / count, mine / BATCH), counts, lost)
+    theirs, found = _timed(lambda: [_joined([q.q for q in module.solve(each)], robot) for each in targets[:count]])
+    found = [_holding(robot, q, target) for q, target in zip(found, targets, strict=False)]
+    lost = sum(_lost(q, solutions[row][valid[row]]) for row, q in enumerate(found))
+    yield _row(name, "ssik", (theirs / count, mine / BATCH), (sum(map(len, found)), int(valid[:count].sum())), lost)
 
 
 def against_given(name: str, count: int) -> Iterator[str]:
     """Seven joints: the closed form with what is given."""
-    robot, package = load(ROBOTS / f"{name}.yaml"), _package(name, INVERSE)
+    robot = load(ROBOTS / f"{name}.yaml")
+    package = _package(robot, INVERSE)
     q = _random(robot, BATCH)
     q[:, -1] = q[0, -1]
     targets, given = reference.pose(robot, q)[:, 0], reference.redundancy(robot, q)
@@ -97,9 +104,8 @@ def _tools(robot: Robot, last: float | None) -> Iterator[tuple[str, Callable[[Ar
         limits = np.array(joint_box(robot))
         arm = importlib.import_module("ssik").Manipulator.from_axes(axes, offsets, limits=limits)
         yield "ssik", lambda target: _joined([each.q for each in arm.solve(target @ turn)], robot)
-    if importlib.util.find_spec("eaik") is not None and (robot.dof == 6 or last is not None):
-        fixed = [] if last is None else [(robot.dof - 1, last)]
-        made: Any = importlib.import_module("eaik.IK_HP").HPRobot(axes, offsets, fixed)
+    if importlib.util.find_spec("eaik") is not None and last is not None:
+        made: Any = importlib.import_module("eaik.IK_HP").HPRobot(axes, offsets, [(robot.dof - 1, last)])
         # EAIK ends the process where it has no decomposition.
         if made.hasKnownDecomposition():
             yield "EAIK", lambda target: _of_eaik(made.IK(target @ turn), robot)
@@ -136,11 +142,16 @@ def _each(solve: Callable[[Array], Array], targets: Array) -> list[Array]:
 
 
 def _holding(robot: Robot, q: Array, target: Array) -> Array:
-    """The joint vectors within the limits that lead to a target, whole turns brought to the middle."""
+    """The joint vectors within the limits that lead to a target, each once, whole turns brought to the middle."""
     low, high = np.array(joint_box(robot)).T
     q = q - 2 * np.pi * np.round((q - (low + high) / 2) / (2 * np.pi))
     apart = np.abs(reference.pose(robot, q)[:, 0] - target).max(axis=(1, 2)) if len(q) else np.zeros(0)
-    return q[(apart < HOLDS) & ((q >= low - HOLDS) & (q <= high + HOLDS)).all(axis=1)]
+    q = q[(apart < HOLDS) & ((q >= low - HOLDS) & (q <= high + HOLDS)).all(axis=1)]
+    once: list[Array] = []
+    for each in q:
+        if not once or _lost(each[None], np.array(once)):
+            once.append(each)
+    return np.array(once).reshape(-1, robot.dof)
 
 
 def _lost(theirs: Array, ours: Array) -> int:
@@ -161,10 +172,10 @@ def _timed(call: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - start, found
 
 
-def _package(name: str, quantity: Quantity) -> ModuleType:
+def _package(robot: Robot, quantity: Quantity) -> ModuleType:
     with tempfile.TemporaryDirectory() as folder:
         options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, quantity))
-        return load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
+        return load_package(build(robot, options, lambda _: None).folder)
 
 
 if __name__ == "__main__":

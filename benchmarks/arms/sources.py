@@ -100,7 +100,8 @@ class _Plain(ast.NodeTransformer):
     """`np.array(x)` as `x`, `np.pi` and `math.inf` as numbers."""
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        return self.visit(node.args[0])
+        found: ast.AST = self.visit(node.args[0])
+        return found
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
         return ast.Constant(getattr(math, node.attr))
@@ -135,7 +136,10 @@ def _link(link: Any) -> Link:
     if link.mdh:
         c, s = math.cos(link.alpha), math.sin(link.alpha)
         before = np.array([[1, 0, 0, link.a], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1.0]])
-    limits = None if link.qlim is None else tuple(map(float, np.ravel(link.qlim)))
+    limits = None
+    if link.qlim is not None:
+        low, high = map(float, np.ravel(link.qlim))
+        limits = low, high
     axis = (0.0, 0.0, -1.0 if link.isflip else 1.0)
     return Link(before, axis, turns, np.linalg.inv(before) @ whole, limits)
 

@@ -62,12 +62,12 @@ def _error(robot: Robot, q: Array, target: Array, size: float, given: float | No
     motion = reference.Kinematics(robot, q)
     pose, jacobian = motion.pose(TOOL)[:, :3], motion.jacobian(TOOL)
     off = pose - target[:3]
-    slopes = np.empty((len(q), 3, 4, robot.dof))
+    by_entry = np.empty((len(q), 3, 4, robot.dof))
     for column in range(3):
-        slopes[:, :, column] = np.cross(jacobian[:, 3:], pose[:, :, column, None], axis=1)
-    slopes[:, :, 3] = jacobian[:, :3] / size
+        by_entry[:, :, column] = np.cross(jacobian[:, 3:], pose[:, :, column, None], axis=1)
+    by_entry[:, :, 3] = jacobian[:, :3] / size
     off[:, :, 3] /= size
-    error, slopes = off.reshape(len(q), 12), slopes.reshape(len(q), 12, robot.dof)
+    error, slopes = off.reshape(len(q), 12), by_entry.reshape(len(q), 12, robot.dof)
     if given is None:
         return error, slopes
     more = (reference.redundancy(robot, q) - given + np.pi) % (2 * np.pi) - np.pi

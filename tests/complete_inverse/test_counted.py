@@ -41,7 +41,8 @@ def within(robot: Robot, q: Array) -> Array:
     """Joint vectors within the limits, some whole turns added."""
     low, high = np.array(joint_box(robot)).T
     turned = q + 2 * np.pi * np.ceil((low - q) / (2 * np.pi) - 1e-9)
-    return q[(turned <= high + 1e-9).all(axis=1)]
+    inside: Array = q[(turned <= high + 1e-9).all(axis=1)]
+    return inside
 
 
 def test_a_resultant_has_the_same_solutions(package: Packages) -> None:

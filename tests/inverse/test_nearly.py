@@ -108,7 +108,12 @@ def test_roots_are_taken_of_numbers_that_are_doubles(monkeypatch: pytest.MonkeyP
     _, defect = _nearly(PANDA)
     asked: list[sp.Expr] = []
     root = sp.sqrt
-    monkeypatch.setattr(sp, "sqrt", lambda number: asked.append(number) or root(number))
+
+    def noted(number: sp.Expr) -> sp.Expr:
+        asked.append(number)
+        return root(number)
+
+    monkeypatch.setattr(sp, "sqrt", noted)
     own_chain.__wrapped__(defect.axes)
 
     assert asked

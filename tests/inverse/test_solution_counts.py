@@ -53,14 +53,15 @@ def at_limits(name: str, count: int) -> Array:
     held = arm(name).family.held
     jacobians = reference.Kinematics(robot, q).jacobian(TOOL)
     jacobians = jacobians if held is None else np.delete(jacobians, held.number - 1, axis=2)
-    return q[np.linalg.svd(jacobians, compute_uv=False).min(axis=1) > CLEAR]
+    clear: Array = q[np.linalg.svd(jacobians, compute_uv=False).min(axis=1) > CLEAR]
+    return clear
 
 
 def beside_singular(name: str, count: int) -> Array:
     """Random joint vectors with one joint beside a value at which branches meet, so many for each value."""
     robot, family = arm(name).robot, arm(name).family
     low, high = np.array(joint_box(robot)).T
-    found = []
+    found: list[Array] = []
     for joint, values in (*boundaries(family), *alignments(family)):
         for value in values:
             q = joint_vectors(robot, count, seed=13 + len(found))
@@ -100,7 +101,8 @@ def within(robot: Robot, q: Array) -> Array:
     limited = np.array([each.limits is not None for each in robot.variables])
     turns = np.where(turning(robot), np.ceil((low - q) / (2 * np.pi) - 1e-9), 0.0)
     turned = q + 2 * np.pi * turns
-    return q[(~limited | ((turned >= low - 1e-9) & (turned <= high + 1e-9))).all(axis=1)]
+    inside: Array = q[(~limited | ((turned >= low - 1e-9) & (turned <= high + 1e-9))).all(axis=1)]
+    return inside
 
 
 @pytest.mark.parametrize("name", ARMS[:-1])
@@ -111,11 +113,11 @@ def test_another_method_finds_the_same_solutions(name: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", [random, at_limits, beside_singular])
+@pytest.mark.parametrize(("kind", "count"), [(random, 200), (at_limits, 140), (beside_singular, 30)])
 @pytest.mark.parametrize("name", ARMS)
-def test_at_two_thousand_poses(name: str, kind: Callable[[str, int], Array]) -> None:
+def test_at_two_thousand_poses(name: str, kind: Callable[[str, int], Array], count: int) -> None:
     """Takes a second a pose, for the arm angle ten."""
-    q = kind(name, {random: 200, at_limits: 140, beside_singular: 30}[kind])
+    q = kind(name, count)
 
     assert len(q) >= 60
     assert differing(name, q, MANY) == []
