@@ -127,10 +127,9 @@ def project_context(
     integers = (fixed_context(fixed),) if fixed else ()
     contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
     searches = tuple(solver_context(kernels, real) for real in reals) if kernels.numeric_inverse else ()
-    if kernels.complete_inverse:
-        require_double(robot, reals)
     trackers = tuple(tracker_context(kernels, real) for real in reals) if kernels.inverse_tracker else ()
-    complete = (complete_context(kernels),) if kernels.complete_inverse else ()
+    complete = _complete(kernels, reals)
+    printed = (*contexts, *searches, *complete, *trackers)
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -150,13 +149,11 @@ def project_context(
         searches=searches,
         complete=complete,
         trackers=trackers,
-        headers=(*(each.header for each in contexts), *(each.header for each in (*searches, *complete, *trackers))),
-        sources=(*(each.source for each in contexts), *(each.source for each in (*searches, *complete, *trackers))),
+        headers=tuple(each.header for each in printed),
+        sources=tuple(each.source for each in printed),
         manuals=(
             *(_manual(kernels, context) for context in contexts),
-            *map(_search_manual, searches),
-            *map(_complete_manual, complete),
-            *map(_tracker_manual, trackers),
+            *(*map(_search_manual, searches), *map(_complete_manual, complete), *map(_tracker_manual, trackers)),
         ),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
@@ -167,6 +164,14 @@ def project_context(
         target=cmake_target(robot.name),
         layout=layout,
     )
+
+
+def _complete(kernels: Kernels, reals: tuple[Real, ...]) -> tuple[CompleteContext, ...]:
+    """The complete inverse, which takes double."""
+    if not kernels.complete_inverse:
+        return ()
+    require_double(kernels.robot, reals)
+    return (complete_context(kernels),)
 
 
 def _steps(kernels: Kernels) -> str:
