@@ -84,7 +84,7 @@ TRACKING = Tracking(
 
 
 def given_joint(robot: Robot, branches: Branches) -> int | None:
-    """Index of the joint that is given besides the target; None where none is.
+    """Index of the joint that is given with the target; None where none is.
 
     Args:
         robot: The robot.

@@ -54,10 +54,10 @@ def _definitions(interface: Interface, real: str) -> str:
 
 {heads[1]}
 {{
-    {stem}_tracked *told = ({stem}_tracked *)reports;
+    {stem}_tracked *results = ({stem}_tracked *)reports;
     (void)redundancy;
     for (size_t i = 0; i < count; i++) {{
-        status[i] = {step}(({stem}_tracker *)tracker, targets + 16 * i{each}{params}, max_step, told + i);
+        status[i] = {step}(({stem}_tracker *)tracker, targets + 16 * i{each}{params}, max_step, results + i);
         for (int j = 0; j < {dof}; j++) q[{dof} * i + (size_t)j] = (({stem}_tracker *)tracker)->q[j];
     }}
 }}

@@ -49,7 +49,7 @@ class Lines:
     Attributes:
         q: Joint vectors, shape (lines, samples, dof).
         targets: Their poses, shape (lines, samples, 4, 4).
-        given: What is given besides the poses, shape (lines, samples); None where nothing is.
+        given: What is given with the poses, shape (lines, samples); None where nothing is.
         regular: Product of the squared sines at which the columns of the Jacobian meet, shape (lines, samples).
     """
 

@@ -80,7 +80,7 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 }
 """The records that templates loop over, and what they call them."""
 
-HANDED_ON = {"kernel", "name", "stored", "function", "prototype", "nearest_prototype"}
+HANDED_ON = {"kernel", "name", "stored", "function", "prototype", "prototypes", "nearest_prototype"}
 """Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
 STRINGS = {"prefix", "qualifier", "imports", "name", "provenance", "tables", "bounds"}

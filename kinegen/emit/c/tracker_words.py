@@ -45,7 +45,7 @@ def speed_words(branches: Branches, real: Real) -> tuple[str, ...]:
         "w is the product of the squared sines at which each column of J meets those before it. "
     )
     if branches.redundancy:
-        words += f"The speed of {branches.redundancy}, which is given besides the target, is 0. "
+        words += f"The speed of {branches.redundancy}, which is given with the target, is 0. "
     if not branches.reads_attitude:
         words += "Only the velocity of the origin is asked for; the residual still has all six numbers. "
     return _wrapped(words.strip())

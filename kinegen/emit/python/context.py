@@ -87,7 +87,7 @@ class Tracking:
         strides: What of each joint counts as much as an angle of 1 rad.
         reach: What a position error is compared with.
         rigid: How far targets may be from rotations, for float64 and for float32; None where rotations are not read.
-        given: Index of the joint that is given besides the target; None where none is.
+        given: Index of the joint that is given with the target; None where none is.
     """
 
     kernel: str

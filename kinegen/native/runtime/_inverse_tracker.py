@@ -31,7 +31,7 @@ class InverseTracker:
         reach: Length that counts as much as an angle of 3 rad.
         rigid: How far the columns of a target may be from those of a rotation, for float64 and float32; None where the
             rotation is not read.
-        given: Index of the joint that is given besides the target; None where none is.
+        given: Index of the joint that is given with the target; None where none is.
         reals: Number types that it was built for.
         native: What `load_native` gave.
         params: The robot file's values of the runtime parameters; None where there are none.
@@ -75,7 +75,7 @@ class InverseTracker:
         Args:
             q0: The present joint vector (dof,); its type is that of the tracker.
             max_step: The largest change of each joint in a step (dof,), or one number for all; none if left out.
-            redundancy: The value of the joint that is given besides the target; that of `q0` if left out.
+            redundancy: The value of the joint that is given with the target; that of `q0` if left out.
             params: Values of the runtime parameters; by default those of the robot file.
 
         Returns:
@@ -115,7 +115,7 @@ class InverseTracker:
         return f"<{self.__module__}.{self.__name__}: q0 ({self.dof},) to a tracker, backend {self.backend}>"
 
     def redundancy(self, value: float | None) -> tuple[float, ...]:
-        """What is given besides a target, checked."""
+        """What is given with a target, checked."""
         if (value is None) != (self.given is None):
             reason = "takes no redundancy" if self.given is None else "needs the redundancy of each target"
             raise TypeError(f"{self.__name__}: this arm {reason}")
@@ -180,7 +180,7 @@ class Tracker:
 
         Args:
             base_T_tool: The target (4, 4).
-            redundancy: The value of the joint that is given besides the target; that of the last one if left out.
+            redundancy: The value of the joint that is given with the target; that of the last one if left out.
 
         Returns:
             What it came to; a target that is not a pose is an outcome too.
@@ -202,7 +202,7 @@ class Tracker:
 
         Args:
             base_T_tool: The targets (N, 4, 4).
-            redundancy: Values of the joint that is given besides them, (N,) or one for all; that of the last target
+            redundancy: Values of the joint that is given with them, (N,) or one for all; that of the last target
                 before, if left out.
 
         Returns:

@@ -53,7 +53,7 @@ class Joints(NamedTuple):
         turn: A whole turn; 0 for one that shifts.
         lowest: Lower limits with the room that a valid solution has beside them.
         highest: Upper limits likewise.
-        held: Whether it is given besides the target.
+        held: Whether it is given with the target.
     """
 
     stride: Floats
