@@ -34,7 +34,7 @@ int main(void)
     for (int i = 0; i < 300; i++) {
         for (int j = 0; j < 6; j++) q[j] = q0[j] + 0.01 * (i % 150) * (j == 4 ? -1 : 0.5);
         puma560_fk_jacobian(q, base_T_tool, jacobian);
-        printf("%d", puma560_tracker_step(&tracker, base_T_tool, (i % 2) ? most : NULL, &report));
+        printf("%d", puma560_tracker_step(&tracker, base_T_tool, (i % 3 == 0) ? most : NULL, &report));
         for (int j = 0; j < 6; j++) printf(" %a", tracker.q[j]);
         printf(" %a %a\\n", report.position_error, report.rotation_error);
     }
