@@ -128,9 +128,8 @@ def project_context(
     floats = tuple(kernel_context(kernels, real) for real in reals)
     integers = (fixed_context(fixed),) if fixed else ()
     contexts: tuple[KernelContext | FixedContext, ...] = (*floats, *integers)
-    searches, complete, ranges = _solvers(kernels, reals)
-    trackers = tuple(tracker_context(kernels, real) for real in reals * kernels.inverse_tracker)
-    printed = (*contexts, *searches, *complete, *ranges, *trackers)
+    solvers = _solvers(kernels, reals)
+    printed = (*contexts, *solvers.all)
     return ProjectContext(
         name=robot.name,
         upper=robot.name.upper(),
@@ -147,19 +146,13 @@ def project_context(
         subject=about,
         kernels=contexts,
         choices=tuple(each.nearest.name for each in floats if each.nearest),
-        searches=searches,
-        complete=complete,
-        ranges=ranges,
-        trackers=trackers,
+        searches=solvers.searches,
+        complete=solvers.complete,
+        ranges=solvers.ranges,
+        trackers=solvers.trackers,
         headers=tuple(each.header for each in printed),
         sources=tuple(each.source for each in printed),
-        manuals=(
-            *(_manual(kernels, context) for context in contexts),
-            *map(_search_manual, searches),
-            *map(_complete_manual, complete),
-            *map(_range_manual, ranges),
-            *map(_tracker_manual, trackers),
-        ),
+        manuals=(*(_manual(kernels, context) for context in contexts), *solvers.manuals),
         selftests=(*(_selftest(kernels, vectors, real) for real in reals), *([_integer_test(robot)] if fixed else [])),
         steps=_steps(kernels) if reals else "Integers alone: a processor needs no FPU.",
         example=fixed_example(fixed)
@@ -171,16 +164,39 @@ def project_context(
     )
 
 
-def _solvers(
-    kernels: Kernels, reals: tuple[Real, ...]
-) -> tuple[tuple[SolverContext, ...], tuple[CompleteContext, ...], tuple[RangeContext, ...]]:
+@dataclass(frozen=True, slots=True)
+class _Solvers:
     """What there is of the outputs without a program."""
+
+    searches: tuple[SolverContext, ...]
+    complete: tuple[CompleteContext, ...]
+    ranges: tuple[RangeContext, ...]
+    trackers: tuple[TrackerContext, ...]
+
+    @property
+    def all(self) -> tuple[SolverContext | CompleteContext | RangeContext | TrackerContext, ...]:
+        """Each of them has files of its own."""
+        return (*self.searches, *self.complete, *self.ranges, *self.trackers)
+
+    @property
+    def manuals(self) -> tuple[Manual, ...]:
+        """Their functions, for readers."""
+        return (
+            *map(_search_manual, self.searches),
+            *map(_complete_manual, self.complete),
+            *map(_range_manual, self.ranges),
+            *map(_tracker_manual, self.trackers),
+        )
+
+
+def _solvers(kernels: Kernels, reals: tuple[Real, ...]) -> _Solvers:
     if kernels.complete_inverse:
         require_double(kernels.robot, reals)
-    return (
-        tuple(solver_context(kernels, real) for real in reals * kernels.numeric_inverse),
-        (complete_context(kernels),) if kernels.complete_inverse else (),
-        tuple(range_context(kernels, real) for real in reals * kernels.redundancy_range),
+    return _Solvers(
+        searches=tuple(solver_context(kernels, real) for real in reals * kernels.numeric_inverse),
+        complete=(complete_context(kernels),) if kernels.complete_inverse else (),
+        ranges=tuple(range_context(kernels, real) for real in reals * kernels.redundancy_range),
+        trackers=tuple(tracker_context(kernels, real) for real in reals * kernels.inverse_tracker),
     )
 
 
