@@ -20,10 +20,10 @@ CASES = (
     _case("the second elbow is left out", ANGLE, r"find_half\(target, BRANCHES / 2, r\);", ""),
     _case("parts are never halved", JOINT, r"level\[depth\] < DEPTH", "level[depth] < 0"),
     _case(
-        "what is out of reach stays valid",
+        "a change counts as settled",
         JOINT,
-        r"= \(valid == 0U\) \? stays_invalid",
-        "= (valid != 3U) ? stays_invalid",
+        r"stays_invalid\(a, b, c, i\) : 0;",
+        "stays_invalid(a, b, c, i) : 1;",
     ),
     _case("the nearest is not refined", JOINT, r"i < STEPS", "i < 0", "not the nearest|as the nearest to itself"),
     _case(
