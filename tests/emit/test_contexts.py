@@ -43,6 +43,11 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/numeric_inverse.c.jinja": {"k": numeric_inverse.SolverContext},
     "c/numeric_inverse_batch.h.jinja": {"k": numeric_inverse.SolverContext, "b": numeric_inverse_batch.SearchBatch},
     "c/numeric_inverse_batch.c.jinja": {"k": numeric_inverse.SolverContext, "b": numeric_inverse_batch.SearchBatch},
+    "c/numeric_inverse_tips.c.jinja": {"k": numeric_inverse.SolverContext},
+    "c/numeric_inverse_tips_batch.c.jinja": {
+        "k": numeric_inverse.SolverContext,
+        "b": numeric_inverse_batch.SearchBatch,
+    },
     "c/complete_inverse.h.jinja": {"k": complete_inverse.CompleteContext},
     "c/complete_inverse.c.jinja": {"k": complete_inverse.CompleteContext},
     "c/redundancy_range.h.jinja": {"k": redundancy_range.RangeContext},

@@ -82,7 +82,6 @@ class SolverContext:
     farthest: str
     costs: tuple[str, ...]
     tips: TipsContext | None
-    target: str
 
 
 def emit_numeric_inverse(kernels: Kernels, real: Real) -> dict[str, str]:
@@ -146,7 +145,6 @@ def solver_context(kernels: Kernels, real: Real) -> SolverContext:
         counts=_members(_COUNTS, f"{real} position_error{extent};"),
         costs=_cost_lines(function(robot.name, POSE_AND_JACOBIAN.function, real), f"{float(TUNING.rigid[real]):.0e}"),
         tips=tips_context(robot, real),
-        target=target_name(robot),
     )
 
 
