@@ -89,7 +89,7 @@ def test_a_start_at_a_singularity_is_open_until_the_path_leaves_it(puma: ModuleT
 
 def test_the_edge_of_the_reach_ends_the_branch_and_the_way_back_keeps_it(puma: ModuleType) -> None:
     targets = np.repeat(puma.fk(REGULAR)[None], 80, axis=0)
-    targets[:, :3, 3] *= np.linspace(1, 2, 80)[:, None]
+    targets[:, :3, 3] *= np.linspace(1, 4, 80)[:, None]
     tracker = puma.inverse_tracker(REGULAR)
     branch = tracker.branch
     path = tracker.follow(targets)
@@ -98,7 +98,7 @@ def test_the_edge_of_the_reach_ends_the_branch_and_the_way_back_keeps_it(puma: M
     assert 0 < ends < 80
     assert set(path.status[ends:]) == {0}
     assert (path.q[ends:] == path.q[ends - 1]).all()
-    assert path.position_error[-1] > 0.3
+    assert path.position_error[-1] > 0.03
     assert np.allclose(tracker.follow(targets[:ends][::-1]).q[-1], REGULAR, atol=1e-9)
     assert tracker.branch == branch
 
