@@ -33,9 +33,9 @@ def require_same_way(robot: Robot, quantity: Quantity) -> None:
     Raises:
         ProofError: If a pose of the chain is another one.
     """
-    chain = chain_of(robot, quantity)
-    if chain is robot:
+    if not quantity.frame:
         return
+    chain = chain_of(robot, quantity)
     low, high = np.array(joint_box(robot)).T
     q = np.random.default_rng(SEED).uniform(low, high, (POSES, robot.dof))
     wanted = reference.Kinematics(robot, q).pose(quantity.way)

@@ -13,7 +13,7 @@ from functools import partial
 from kinegen.emit.c.arguments import batch_arguments, computed, given, strides, tile_variables
 from kinegen.emit.c.direct import Direct, direct_way
 from kinegen.emit.c.kernel import KernelContext, kernel_context
-from kinegen.emit.c.pairs import MOST_CALLS, many_pairs
+from kinegen.emit.c.pairs import many_pairs
 from kinegen.emit.c.parts import ParamRows, param_rows, part
 from kinegen.emit.c.pieces import Pieces, pieces
 from kinegen.emit.c.syntax import c_printer
@@ -170,7 +170,7 @@ class BatchContext:
 
 
 def emit_batch(
-    kernels: Kernels, real: Real, *, turns_numbers: bool = False, most_calls: int = MOST_CALLS
+    kernels: Kernels, real: Real, *, turns_numbers: bool = False, most_calls: int | None = None
 ) -> dict[str, str]:
     """Print the batch kernels of one number type.
 
@@ -179,7 +179,8 @@ def emit_batch(
         real: The number type.
         turns_numbers: Whether results that are not matrices are turned in registers, too; for matrices that are given
             as sixteen numbers.
-        most_calls: As many sines and cosines of a kernel are calls of their own; more are taken in a loop.
+        most_calls: As many sines and cosines of a kernel are calls of their own; more are taken in a loop. None for
+            as many as elsewhere.
 
     Returns:
         The header and the source, by file name.
@@ -237,7 +238,7 @@ def _tiles(functions: tuple[BatchFunction, ...], real: Real) -> Iterator[Tile]:
             )
 
 
-def _function(kernels: Kernels, program: Program, real: Real, most_calls: int) -> BatchFunction:
+def _function(kernels: Kernels, program: Program, real: Real, most_calls: int | None) -> BatchFunction:
     stem, signature = prefix(kernels.robot.name, real), program.signature
     params = params_type(kernels.robot.name, real) if kernels.robot.runtime_parameters else ""
     parts, name = part(program), function(kernels.robot.name, program.quantity.function, real)

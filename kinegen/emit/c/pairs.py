@@ -140,13 +140,13 @@ class Pairs:
         return tuple(lines)
 
 
-def many_pairs(program: Program, code: Straight, most_calls: int = MOST_CALLS) -> Pairs | None:
+def many_pairs(program: Program, code: Straight, most_calls: int | None = None) -> Pairs | None:
     """The sines and cosines of inputs and of sums of them, in a program that has more than so many.
 
     Args:
         program: The program, for its inputs.
         code: Its statements, or the part of them that is printed.
-        most_calls: As many are called one by one.
+        most_calls: As many are called one by one; `MOST_CALLS` where it is None.
 
     Returns:
         None where each is a call of its own.
@@ -159,7 +159,7 @@ def many_pairs(program: Program, code: Straight, most_calls: int = MOST_CALLS) -
                 early.append(statement)
             elif statement.operator in _SUMS:
                 known[statement.name] = statement
-    if len(early) <= most_calls:
+    if len(early) <= (MOST_CALLS if most_calls is None else most_calls):
         return None
     sums = _leading(known, (operand for each in early for operand in each.operands))
     taken = frozenset((*early, *sums))
