@@ -195,7 +195,7 @@ def test_a_joint_that_is_given_besides_the_target(package: Packages) -> None:
         ((np.zeros(5),), {}, r"q0 has shape \(5,\), expected \(6,\)"),
         ((np.full(6, np.nan),), {}, "q0 is not a joint vector within the limits"),
         ((np.full(6, 3.0),), {}, "q0 is not a joint vector within the limits"),
-        ((REGULAR,), {"max_step": -1}, "max_step is -1.0, expected numbers that are not negative"),
+        ((REGULAR,), {"max_step": -1}, "max_step is -1, expected numbers that are not negative"),
         ((REGULAR,), {"max_step": [1, 2]}, r"max_step has shape \(2,\)"),
     ],
 )

@@ -23,7 +23,7 @@ from kinegen.native.package import load_package
 from kinegen.outputs import POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Kind, Quantity, parse_quantity, with_needed
 from kinegen.pipeline import build, lower_file
 from kinegen.results import BuildOptions
-from kinegen.verify import proof
+from kinegen.verify import inverses
 from kinegen.verify.ranges import ranges_in_numpy
 from tests.builds.workshop import ROBOTS, set_machine
 from tests.emit.emitted import COMPILERS, STRICT, run
@@ -41,8 +41,8 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Packages:
     def made(name: str) -> ModuleType:
         with pytest.MonkeyPatch.context() as patch:
             set_machine(patch, tmp_path_factory.mktemp("cache"))
-            patch.setattr(proof, "_solve", lambda *_: ([], ""))
-            patch.setattr(proof, "_range", lambda *_: ([], ""))
+            patch.setattr(inverses, "_solve", lambda *_: ([], ""))
+            patch.setitem(inverses._ATTEMPTS, REDUNDANCY_RANGE, lambda *_: ([], ""))
             options = BuildOptions(
                 output=tmp_path_factory.mktemp(name),
                 quantities=(Quantity.POSE, REDUNDANCY_RANGE),

@@ -13,6 +13,9 @@ from kinegen.emit.limits import LARGEST
 from kinegen.emit.nearest import FARTHEST_STROKE, MOST_TURNS, turnings
 from kinegen.emit.reals import Real
 
+POSE = 16
+"""Numbers of a pose."""
+
 _ROUNDING = (Fraction(3 * 2**51), Fraction(3 * 2**22))
 """Adding and subtracting this rounds to a whole number, in double and in float."""
 
@@ -30,6 +33,7 @@ class Nearest:
         inverse: Name of the function that gives all solutions.
         target: Name of the pose.
         given: How many numbers are given besides the target.
+        ahead: Numbers of a target and of what is given besides it.
     """
 
     joints: tuple[tuple[str, str, str, str, str], ...]
@@ -40,6 +44,7 @@ class Nearest:
     inverse: str
     target: str
     given: int
+    ahead: int
 
 
 def nearest_of(kernels: Kernels) -> Nearest | None:
@@ -74,4 +79,5 @@ def nearest_of(kernels: Kernels) -> Nearest | None:
         inverse=inverse.quantity.function,
         target=inverse.signature.inputs[0].name,
         given=branches.given,
+        ahead=POSE + branches.given,
     )
