@@ -12,7 +12,7 @@ for tip, point in points.items():
     targets[place, :3, 3] = point
     weights[place, 0] = 1  # the position alone
 
-found = hand.numeric_inverse(targets, weights=weights)  # type: ignore[attr-defined] # another build has no search
+found = hand.numeric_inverse(targets, weights=weights)
 print(f"solved: {found.solved}, in {found.iterations} steps")
 for tip, pose, error in zip(hand.TIPS, hand.fk(found.q), found.position_error, strict=True):
     wanted = f"{error:.1e} mm from its point" if tip in points else "free"
