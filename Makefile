@@ -16,7 +16,7 @@ ROBOTS := $(sort $(wildcard robots/*.yaml))
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-controllers test-imports test-languages test-learning test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -51,6 +51,9 @@ test-browser: $(VENV)/.dev ## tries the pages of `kinegen view` in Chromium; as 
 test-controllers: $(VENV)/.dev ## moves arms in LinuxCNC, and tries the packages for other controllers; as root, installs that
 	@$(BIN)/python scripts/install_controllers.py
 	$(BIN)/python -m pytest tests/controllers -m controllers $(PYTEST_OPTIONS)
+
+test-counts: $(VENV)/.dev ## counts all solutions of inverses with slow independent solvers; takes hours
+	$(BIN)/python -m pytest tests/inverse tests/complete_inverse -n $(JOBS) -m counts $(PYTEST_OPTIONS)
 
 test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares them with Pinocchio and MuJoCo
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,judges]'

@@ -49,14 +49,14 @@ def test_a_resultant_has_the_same_solutions(package: Packages) -> None:
     assert differing("general_6r", package, planted("general_6r", 1, seed=21)[0]) == []
 
 
-@pytest.mark.long
+@pytest.mark.counts
 @pytest.mark.parametrize("name", LOOPS)
 def test_at_two_hundred_poses(name: str, package: Packages) -> None:
     """Takes 3 to 10 seconds a pose."""
     assert differing(name, package, planted(name, POSES, seed=22)[0]) == []
 
 
-@pytest.mark.long
+@pytest.mark.counts
 @pytest.mark.parametrize("name", ["jaco2", "general_6r", "xarm6"])
 def test_at_limits(name: str, package: Packages) -> None:
     """One joint exactly at one of its limits; what is there has to be found, what is beyond must not."""

@@ -112,7 +112,7 @@ def test_another_method_finds_the_same_solutions(name: str) -> None:
     assert differing(name, q, QUICK) == []
 
 
-@pytest.mark.long
+@pytest.mark.counts
 @pytest.mark.parametrize(("kind", "count"), [(random, 200), (at_limits, 140), (beside_singular, 30)])
 @pytest.mark.parametrize("name", ARMS)
 def test_at_two_thousand_poses(name: str, kind: Callable[[str, int], Array], count: int) -> None:
