@@ -48,7 +48,7 @@ def test_the_packages_are_those_of_the_script() -> None:
 def test_every_kind_of_output_is_in_a_digest() -> None:
     """Robots have what they can have; together they have all kinds."""
     kinds = {str(kind) for kind in Kind}
-    for robot in ("puma560", "motoman_l3", "general_6r", "trunnion_mill"):
+    for robot in ("puma560", "motoman_l3", "panda_joint_7", "general_6r", "trunnion_mill"):
         kinds -= {
             name.split("@")[0] for name in script.outputs(script.load(ROOT / "robots" / f"{robot}.yaml")).split(",")
         }
