@@ -30,7 +30,6 @@ OUTPUTS = {
     "calibrated_2r": ("pose",),
     "hand": ("pose",),
 }
-NAMES = tuple(sorted(path.stem for path in ROBOTS.glob("*.yaml")))
 EIGEN = Path("/usr/include/eigen3")
 
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++ (Debian: apt-get install g++)")
@@ -181,10 +180,10 @@ def test_the_search_is_refused_with_a_reason() -> None:
 
 @needs_gcc
 @pytest.mark.languages
-@pytest.mark.parametrize("name", NAMES)
-def test_every_robot_has_the_bits_of_c(name: str) -> None:
+@pytest.mark.proves("cpp")
+def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
     """Every output in both number types, with NaN and numbers out of range among the inputs."""
-    found = measure(kept(everything(name), CPP), 300)
+    found = measure(kept(everything(name), LANGUAGES[language]), 300)
 
     assert found["words"]
     assert found["wrong"] == 0

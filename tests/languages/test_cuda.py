@@ -29,12 +29,11 @@ from kinegen.symbolic.derive import derive
 from kinegen.verify.languages import prove_language
 from kinegen.verify.prepared import prepared
 from kinegen.verify.ways import DTYPES
-from tests.emit.emitted import ROBOTS, kernels, robot, run
+from tests.emit.emitted import kernels, robot, run
 from tests.emit.handwritten import KERNELS
 from tests.languages.standin_cupy import Stood, Tensor, stand_in
 
 CUDA = LANGUAGES["cuda"]
-NAMES = tuple(sorted(path.stem for path in ROBOTS.glob("*.yaml")))
 POSE = (Quantity.POSE,)
 
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++ (Debian: apt-get install g++)")
@@ -216,11 +215,11 @@ def test_an_arm_with_a_redundancy_is_proven() -> None:
 
 @needs_gcc
 @pytest.mark.languages
-@pytest.mark.parametrize("name", NAMES)
-def test_every_robot_has_the_bits_of_c(name: str) -> None:
+@pytest.mark.proves("cuda")
+def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
     """Poses and inverses in every layout and both number types, with numbers out of range among the inputs."""
     given = _pose_and_inverse(name)
-    with prepared(given, CUDA, emit_language(given, CUDA)) as ready:
+    with prepared(given, LANGUAGES[language], emit_language(given, LANGUAGES[language])) as ready:
         for real in Real:
             plain = ready.plain(real)
             for program in ready.kernels.programs:

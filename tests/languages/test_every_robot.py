@@ -11,15 +11,10 @@ from kinegen.emit.languages import LANGUAGES, emit_language, kept
 from kinegen.verify.bits import compare_bits
 from kinegen.verify.languages import prove_languages
 from kinegen.verify.runners import RUNNERS
-from tests.emit.emitted import ROBOTS, everything
+from tests.emit.emitted import everything
 
 WHOLE = ("blocks", "calibrated_2r", "differential_wrist", "hand", "palletiser", "puma560", "scara", "screw")
 """No joint, runtime parameters, actuators, a tree, a linkage, closed-form inverses, an angle that is a length too."""
-
-EVERY = sorted(path.stem for path in ROBOTS.glob("*.yaml"))
-
-COMPARED = ("rust", "matlab", "javascript")
-"""The others have tests of their own: C++ with its driver, CUDA of the layouts that it alone has."""
 
 COUNT = 200
 """Configurations at which every output of every robot has to give the bits of C."""
@@ -49,9 +44,9 @@ def test_every_quantity_is_proven_in_all_languages(name: str) -> None:
 
 
 @pytest.mark.languages
-@pytest.mark.parametrize("name", EVERY)
-@pytest.mark.parametrize("language", COMPARED)
+@pytest.mark.proves("rust", "matlab", "javascript")
 def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
+    """C++ and CUDA have tests of their own: with the driver of C++, and in the layouts that only CUDA has."""
     given, spoken = everything(name), LANGUAGES[language]
     require_tool(spoken)
     found = compare_bits(given, spoken, emit_language(given, spoken), COUNT)
