@@ -72,7 +72,7 @@ test-notebooks: $(VENV)/.dev ## runs the notebooks of examples/ from top to bott
 	$(BIN)/python -m pytest tests/api -n $(JOBS) -m notebooks $(PYTEST_OPTIONS)
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
-	$(BIN)/python -m pytest tests/sabotage tests/verify -n $(JOBS) -m sabotage $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/sabotage tests/verify -n $(JOBS) --dist loadgroup -m sabotage $(PYTEST_OPTIONS)
 
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)

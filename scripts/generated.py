@@ -21,7 +21,6 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from kinegen.emit.complete.choose import complete_of
@@ -118,7 +117,7 @@ def lines(path: Path) -> list[str]:
     with suppress(KinegenError):  # elementary sequences have no entries
         found += _lines(f"{robot.name} dh", programs(calibrated(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),)))
     try:
-        usual = replace(kernels, programs=tuple(each for each in kernels.programs if each.quantity in USUAL))
+        usual = Kernels(robot, tuple(each for each in kernels.programs if each.quantity in USUAL), kernels.defaults)
         found.append(_line(f"{robot.name} q30", emit_integers(usual, fixed_vectors(fixed_kernels(usual)))))
     except KinegenError as error:
         found.append(f"{robot.name} q30 refused: {error.message}")

@@ -30,7 +30,7 @@ DIGITS = 150
 _NEGLIGIBLE = Fraction(1, 10**120)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def lower(expressions: Expressions) -> Program:
     """Lower one kinematic quantity to straight-line code.
 
@@ -61,7 +61,7 @@ def lower(expressions: Expressions) -> Program:
     )
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def program_of(robot: Robot, quantity: Quantity) -> Program:
     """The program of one quantity of a robot, as a build derives and lowers it.
 

@@ -22,7 +22,7 @@ from kinegen.symbolic.se3 import derive_se3
 from kinegen.symbolic.velocity import derive_velocity
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def derive(robot: Robot, quantity: Quantity) -> Expressions:
     """Derive one kinematic quantity; a build and its proof ask for the same ones.
 

@@ -37,14 +37,26 @@ def _tools(request: pytest.FixtureRequest) -> None:
             pytest.skip(f"needs {language.install}")
 
 
-@pytest.mark.parametrize("setting", dict.fromkeys(case.setting for case in CASES), ids=str)
+def in_one_process(setting: Setting) -> pytest.MarkDecorator:
+    """All attempts at one setting share what is emitted and expected."""
+    return pytest.mark.xdist_group(str(setting))
+
+
+SETTINGS = [
+    pytest.param(each, id=str(each), marks=in_one_process(each))
+    for each in dict.fromkeys(case.setting for case in CASES)
+]
+ALTERED = [pytest.param(each, id=each.name, marks=in_one_process(each.setting)) for each in CASES]
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
 def test_untouched_text_passes(setting: Setting, tmp_path: Path) -> None:
     attempt(setting, tmp_path)
 
     assert any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
+@pytest.mark.parametrize("case", ALTERED)
 def test_altered_text_is_refused(case: Sabotage, tmp_path: Path) -> None:
     with pytest.raises(KinegenError) as caught:
         attempt(case.setting, tmp_path, case)

@@ -19,7 +19,9 @@ from kinegen.emit.reals import Real
 from kinegen.native.flags import Flags
 from kinegen.pipeline import build
 from kinegen.results import BuildOptions, Stage
+from kinegen.verify import compared, tolerances
 from tests.sabotage.case import Sabotage, Setting
+from tests.sabotage.expected import expect, spread
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = (ROOT / "robots", Path(__file__).parent / "robots", ROOT / "tests" / "inverse" / "robots")
@@ -71,6 +73,8 @@ def _emitting(made: _Made, alter: Callable[[Mapping[str, str]], dict[str, str]])
         patch.setattr(texts, "emit_project", lambda *given: alter(project(*given)))
         patch.setattr(texts, "emit_languages", lambda *given: alter(language(*given)))
         patch.setattr(builds, "can_measure", lambda: False)
+        patch.setattr(compared, "expect", expect)
+        patch.setattr(tolerances, "_spread", spread)
         yield
 
 
