@@ -81,20 +81,20 @@ _PLACES = {
     "typing": ("Any", "Literal", "NamedTuple"),
     "numpy.typing": ("ArrayLike", "NDArray"),
     "._actuators": ("ReadingCheck",),
+    "._complete_inverse": ("CompleteInverse",),
     "._engines": ("Floats",),
     "._inverse": ("Inverse", "Truths"),
+    "._inverse_tracker": ("InverseTracker",),
     "._kernel": ("Kernel", "Layout"),
     "._limits": ("Clamp", "WithinLimits"),
     "._measures": (),
     "._names": ("ByName", "NamedKernel"),
-    "._complete_inverse": ("CompleteInverse",),
-    "._inverse_tracker": ("InverseTracker",),
     "._numeric_inverse": ("NumericInverse",),
     "._parameters": ("Values",),
     "._redundancy_range": ("RangedInverse", "RedundancyRange"),
     "._tips_inverse": ("TipsInverse",),
 }
-"""Where the names that a stub may use come from."""
+"""Where the names that a stub may use come from, in the order of a linter."""
 
 _MEASURES = ("condition_number", "manipulability")
 
@@ -161,7 +161,7 @@ def _context(kernels: Kernels, context: PackageContext) -> StubContext:
 
 
 def _imports(words: set[str], has_measures: bool) -> tuple[str, ...]:
-    """The imports of what is used, in the order of a linter."""
+    """The imports of what is used."""
     lines: list[str] = []
     for block in (*_BLOCKS, tuple(place for place in _PLACES if place.startswith("."))):
         for place in block:
