@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._engines import Floats
 from ._inverse import Inverse, Truths
+from ._inverse_tracker import InverseTracker
 from ._kernel import Kernel, Layout
 from ._limits import Clamp, WithinLimits
 from ._measures import condition_number as condition_number
 from ._measures import manipulability as manipulability
 from ._names import ByName, NamedKernel
-from ._inverse_tracker import InverseTracker
 from ._numeric_inverse import NumericInverse
 
 __all__ = [
