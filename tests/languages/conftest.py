@@ -24,7 +24,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for marker in metafunc.definition.iter_markers("proves"):
         every = metafunc.config.getoption("--every-robot", default=False)
-        pairs = [(language, name) for language in marker.args for name in proven.due(language, every=every)]
+        among = marker.kwargs.get("among")
+        pairs = [
+            (language, name)
+            for language in marker.args
+            for name in proven.due(language, every=every)
+            if among is None or name in among
+        ]
         metafunc.parametrize(("language", "name"), pairs)
 
 

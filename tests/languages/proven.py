@@ -1,8 +1,9 @@
 """Which robots have been shown to have the bits of C in a language, by the digests of what was emitted.
 
-A line of `proven.txt` is `ROBOT LANGUAGE DIGEST_OF_C DIGEST`, with the digests of `generated/digests.txt`. A robot is
-tried again in a language when one of its two digests is another one than in the record; `make current` checks that the
-digests are true. What passes is added to the record. `make test-languages PYTEST_OPTIONS=--every-robot` tries all.
+A line of `proven.txt` is `ROBOT LANGUAGE DIGEST_OF_C DIGEST`, with the digests of `generated/digests.txt`; one of the
+language `all` has the digests of all languages, and stands for a proof of every output in each of them. A robot is
+tried again when a digest is another one than in the record; `make current` checks that the digests are true. What
+passes is added to the record. `make test-languages PYTEST_OPTIONS=--every-robot` tries all.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from kinegen.emit.languages import LANGUAGES
 
 DIGESTS = Path(__file__).resolve().parents[2] / "generated" / "digests.txt"
 PROVEN = Path(__file__).parent / "proven.txt"
+
+ALL = "all"
+"""In the place of a language: every language."""
 
 ALWAYS = "scara"
 """The robot that is tried every time: quick, with inverses and both types of joints."""
@@ -52,12 +56,16 @@ def add(passed: Iterable[tuple[str, str]], *, digests: Path = DIGESTS, proven: P
 def _lines(digests: Path) -> dict[tuple[str, str], str]:
     """The line that a record has of every robot and language when both are emitted as now."""
     words = [line.split() for line in _read(digests)]
-    found = {(robot, language): digest for robot, language, digest in (each for each in words if len(each) == 3)}
-    return {
-        (robot, language): f"{robot} {language} {found[robot, 'c']} {digest}"
-        for (robot, language), digest in found.items()
-        if language in LANGUAGES and LANGUAGES[language].is_extra
-    }
+    emitted: dict[str, dict[str, str]] = {}
+    for robot, language, digest in (each for each in words if len(each) == 3):
+        if language in LANGUAGES and (language == "c" or LANGUAGES[language].is_extra):
+            emitted.setdefault(robot, {})[language] = digest
+    found = {}
+    for robot, own in emitted.items():
+        for language in (each for each in own if each != "c"):
+            found[robot, language] = f"{robot} {language} {own['c']} {own[language]}"
+        found[robot, ALL] = f"{robot} {ALL} {' '.join(own.values())}"
+    return found
 
 
 def _read(path: Path) -> list[str]:

@@ -12,6 +12,7 @@ from kinegen.verify.bits import compare_bits
 from kinegen.verify.languages import prove_languages
 from kinegen.verify.runners import RUNNERS
 from tests.emit.emitted import everything
+from tests.languages import proven
 
 WHOLE = ("blocks", "calibrated_2r", "differential_wrist", "hand", "palletiser", "puma560", "scara", "screw")
 """No joint, runtime parameters, actuators, a tree, a linkage, closed-form inverses, an angle that is a length too."""
@@ -27,19 +28,20 @@ def require_tool(language: Language) -> None:
 
 
 @pytest.mark.languages
-@pytest.mark.parametrize("name", WHOLE)
-def test_every_quantity_is_proven_in_all_languages(name: str) -> None:
+@pytest.mark.proves(proven.ALL, among=WHOLE)
+def test_every_quantity_is_proven_in_all_languages(language: str, name: str) -> None:
+    assert language == proven.ALL
     given, languages = everything(name), [LANGUAGES[each] for each in RUNNERS]
-    for language in languages:
-        require_tool(language)
+    for spoken in languages:
+        require_tool(spoken)
     files = {path: text for each in languages for path, text in emit_language(given, each).items()}
     comparisons, _ = prove_languages(given, tuple(RUNNERS), files, compiled=True)
 
-    for language in languages:
-        own = [each for each in comparisons if each.target.startswith(f"{language.title} ")]
-        programs = kept(given, language).programs
+    for spoken in languages:
+        own = [each for each in comparisons if each.target.startswith(f"{spoken.title} ")]
+        programs = kept(given, spoken).programs
         assert {(each.quantity, each.real) for each in own} == {
-            (program.quantity, str(real)) for program in programs for real in language.reals
+            (program.quantity, str(real)) for program in programs for real in spoken.reals
         }
 
 

@@ -18,7 +18,7 @@ def files(tmp_path: Path) -> dict[str, Path]:
     """Digests of two robots, and the record after all of them have passed."""
     found = {"digests": tmp_path / "digests.txt", "proven": tmp_path / "proven.txt"}
     found["digests"].write_text(DIGESTS, encoding="utf-8")
-    proven.add([("arm", "rust"), ("arm", "cuda"), ("scara", "rust"), ("scara", "cuda")], **found)
+    proven.add([(robot, language) for robot in ("arm", "scara") for language in ("rust", "cuda", proven.ALL)], **found)
     return found
 
 
@@ -30,8 +30,8 @@ def test_what_has_passed_is_not_due_but_one_robot_always_is(files: dict[str, Pat
 @pytest.mark.parametrize(
     ("line", "other", "languages"),
     [
-        ("arm rust 2", "arm rust 8", {"rust"}),
-        ("arm c 1", "arm c 8", {"rust", "cuda"}),
+        ("arm rust 2", "arm rust 8", {"rust", proven.ALL}),
+        ("arm c 1", "arm c 8", {"rust", "cuda", proven.ALL}),
         ("arm dh rust 7", "arm dh rust 8", set()),
     ],
 )
@@ -40,14 +40,18 @@ def test_other_bytes_of_c_or_of_the_language_are_due(
 ) -> None:
     files["digests"].write_text(DIGESTS.replace(line, other), encoding="utf-8")
 
-    assert {language for language in ("rust", "cuda") if "arm" in proven.due(language, **files)} == languages
+    assert {
+        language for language in ("rust", "cuda", proven.ALL) if "arm" in proven.due(language, **files)
+    } == languages
 
 
 def test_only_what_passes_is_recorded_and_old_lines_go(files: dict[str, Path]) -> None:
     files["digests"].write_text(DIGESTS.replace("arm c 1", "arm c 8"), encoding="utf-8")
     proven.add([("arm", "cuda")], **files)
 
-    assert files["proven"].read_text(encoding="utf-8") == "arm cuda 8 3\nscara rust 4 5\nscara cuda 4 6\n"
+    assert files["proven"].read_text(encoding="utf-8") == (
+        "arm cuda 8 3\nscara rust 4 5\nscara cuda 4 6\nscara all 4 5 6\n"
+    )
     assert proven.due("rust", **files) == ("arm", "scara")
 
 
