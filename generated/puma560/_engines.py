@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import itertools
 import math
 import os
 import struct
@@ -208,10 +209,12 @@ class Formula:
         for result, array in zip(self._results, arrays[first:], strict=True):
             # Without the last rows of matrices, which are the same for all.
             upper = array[..., :3, :] if result.is_pose and code == 0 else array
-            for place in np.ndindex(*upper.shape[lead:]):
+            axes = range(upper.ndim - lead)
+            by_entry = np.moveaxis(upper, range(lead, upper.ndim), axes)
+            for place in itertools.product(*(range(by_entry.shape[axis]) for axis in axes)):
                 row = next(rows)
-                index = (..., *place)
-                upper[index] = np.reshape(row, shape if np.ndim(row) else ())
+                is_alike = lead == 1 or not isinstance(row, np.ndarray) or not row.ndim
+                by_entry[place] = row if is_alike else row.reshape(shape)
             if upper is not array:
                 array[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
 
