@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -148,3 +152,28 @@ def test_an_error_in_the_handler_reaches_the_caller(arm: ModuleType) -> None:
     call = jax.ffi.ffi_call("kinegen_test_failure", jax.ShapeDtypeStruct((3,), np.float64))
     with pytest.raises(Exception, match="ZeroDivisionError: on purpose"), warnings.catch_warnings():
         jax.block_until_ready(call(jax.numpy.zeros(3)))
+
+
+ENDS_EARLY = """
+import jax
+import jax.numpy as jnp
+import {name}.jax
+
+jax.config.update("jax_enable_x64", True)
+slopes = jax.vmap(jax.value_and_grad(lambda q: {name}.jax.fk(q)[2, 3]))
+print(jax.jit(lambda q: slopes(q)[1].sum())(jnp.zeros((1_000_000, 6))).shape)
+"""
+
+
+def test_a_program_may_end_before_a_result_that_nobody_reads(arm: ModuleType) -> None:
+    folder, name = Path(str(arm.__file__)).parents[1], arm.__name__
+    done = subprocess.run(
+        [sys.executable, "-c", ENDS_EARLY.format(name=name)],
+        env={**os.environ, "PYTHONPATH": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+    assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
