@@ -6,7 +6,8 @@ Each output of joint vectors is a function of arrays of float64 or float32 (...,
 works under `jit`, `vmap`, `grad`, `jvp` and what is made of them. Derivatives come from the kernels of Jacobians,
 second ones from that of the Hessian; where this package was built without them, a line says so when one is asked for.
 On the processor XLA calls the compiled kernels, which read and write its arrays where they lie; other devices take the
-operations of the NumPy form.
+operations of the NumPy form. Calls on the processor return when they are done; for that, import this module before JAX
+first computes something.
 """
 
 from __future__ import annotations
@@ -30,6 +31,10 @@ _SPACE = "kinegen_" + re.sub(r"\W", "_", _PACKAGE)
 _KINDS = ("float64", "float32")
 _SHARED = 1 << 13
 """Configurations from which on a call uses all processors."""
+
+# A program may end before results that it did not wait for. XLA's threads, which call kernels through Python, would
+# then wait for Python, and Python for them. So calls on the processor return when they are done.
+jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 
 @cache
