@@ -46,7 +46,7 @@ def _kept(store: dict[Hashable, _Result], key: Hashable, compute: Callable[[], _
 
 
 def _key(known: Known) -> tuple[Hashable, ...]:
-    """All that decides what the reference says; text of numbers with 50 digits has them all."""
+    """All that decides what the reference says."""
     inputs = [(name, array.shape, _digits(array)) for name, array in sorted(known.inputs.items())]
     return type(known), known.robot, known.exact, known.unit, *inputs
 
