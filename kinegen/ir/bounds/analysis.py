@@ -1,19 +1,29 @@
-"""Goes through the values of a program in order and bounds each with the rules of `norms`."""
+"""Goes through the values of a program in order and bounds each with the rules of `norms`.
+
+Ranges count only through the values that need no sine or cosine, and through the first sines and cosines. Most joints
+turn so far that these reach one, in their limits as in the box of the test vectors: what follows is bounded once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 
-from kinegen.ir.bounds.graph import Graph, Interval, Ranges, graph_of, intervals
+from kinegen.ir.bounds.graph import UNITY, Graph, Interval, Ranges, graph_of, intervals
 from kinegen.ir.bounds.groups import Group, Groups
 from kinegen.ir.bounds.norms import Norms, Single
 from kinegen.ir.bounds.numbers import ONE, ZERO, NumberType, UnboundedError, largest_cosine, largest_sine, lower, upper
 from kinegen.ir.bounds.rows import all_rows
 from kinegen.ir.program import Operator, Program, Variable
 from kinegen.ir.values import Half, Node
+
+_INFINITE = Decimal("Infinity")
+
+_UNKNOWN = Single(_INFINITE, _INFINITE, _INFINITE, _INFINITE)
+"""Of a value that nothing is known of, or that nobody asks about."""
 
 
 def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single, ...]:
@@ -31,11 +41,7 @@ def analyse(program: Program, ranges: Ranges, real: NumberType) -> tuple[Single,
         UnboundedError: If a result may overflow or a divisor vanish.
     """
     groups = _groups(program)
-    graph, known = groups.graph, Norms(groups, real)
-    analysis = _Analysis(graph, intervals(graph, program, ranges), real, known)
-    for number in range(len(graph.nodes)):
-        known.singles.append(analysis.single(number))
-    return tuple(known.singles[number] for number in graph.outputs)
+    return _beyond(groups, _edge(groups, intervals(groups.graph, program, ranges), real), real)
 
 
 @lru_cache(maxsize=16)
@@ -43,6 +49,52 @@ def _groups(program: Program) -> Groups:
     """The values of a program and the rows among them, which are the same for all ranges and number types."""
     graph = graph_of(program)
     return Groups(graph, all_rows(graph))
+
+
+def _edge(groups: Groups, ranges: tuple[Interval | None, ...], real: NumberType) -> tuple[Single | None, ...]:
+    """What is known of the values that ranges say something about, as far as others see it; None for all others."""
+    graph, known = groups.graph, Norms(groups, real)
+    analysis, is_edge = _Analysis(graph, ranges, real, known), _edge_numbers(graph, ranges)
+    for number in range(len(graph.nodes)):
+        known.singles.append(analysis.single(number) if number in is_edge else _UNKNOWN)
+    seen = _seen(graph)
+    return tuple(
+        None
+        if number not in is_edge
+        else single
+        if number in seen
+        else replace(_UNKNOWN, error=single.error if number in graph.angles else _INFINITE)
+        for number, single in enumerate(known.singles)
+    )
+
+
+def _seen(graph: Graph) -> set[int]:
+    """All values but those that only matter as angles, and what these are made of."""
+    seen = {UNITY, *graph.outputs}
+    for number in reversed(range(len(graph.nodes))):
+        if number in seen and not isinstance(graph.operation(number), Half):
+            seen.update(graph.operands(number))
+    return seen
+
+
+def _edge_numbers(graph: Graph, ranges: tuple[Interval | None, ...]) -> frozenset[int]:
+    """The values with a range, and the sines and cosines of such values."""
+    return frozenset(
+        number
+        for number, interval in enumerate(ranges)
+        if interval is not None
+        or (isinstance(graph.operation(number), Half) and ranges[graph.operands(number)[0]] is not None)
+    )
+
+
+@lru_cache(maxsize=32)
+def _beyond(groups: Groups, edge: tuple[Single | None, ...], real: NumberType) -> tuple[Single, ...]:
+    """Bound the results from what is known of the first values."""
+    known = Norms(groups, real)
+    analysis = _Analysis(groups.graph, (None,) * len(edge), real, known)
+    for number, single in enumerate(edge):
+        known.singles.append(single or analysis.single(number))
+    return tuple(known.singles[number] for number in groups.graph.outputs)
 
 
 class _Analysis:

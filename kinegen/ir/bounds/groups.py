@@ -42,9 +42,9 @@ class Image:
     rest: Group
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Groups:
-    """What groups have in common, found when it is asked for.
+    """What groups have in common, found when it is asked for; equal to itself alone.
 
     Attributes:
         graph: The values.
