@@ -16,7 +16,7 @@ ROBOTS := $(sort $(wildcard robots/*.yaml))
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage test-slow docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -36,15 +36,14 @@ view: $(VENV)/.kinegen ## opens a PUMA 560 that moves in the browser
 
 # For people who change it ---------------------------------------------------------------------------------------------
 
-test: $(VENV)/.dev ## runs the test suite
+test: $(VENV)/.dev ## runs the test suite, but for what takes long
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST_OPTIONS)
 
 test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
 
-test-browser: $(VENV)/.dev ## tries the pages of `kinegen view` in Chromium; as root, installs that
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,browser]'
+test-browser: $(VENV)/.browser ## tries the pages of `kinegen view` in Chromium; as root, installs that
 	@$(BIN)/python scripts/install_browser.py build/browser
 	$(BIN)/python -m pytest tests/browser -m browser $(PYTEST_OPTIONS)
 
@@ -64,8 +63,7 @@ test-languages: $(VENV)/.dev ## proves every output in other languages; as root,
 	@$(BIN)/python scripts/install_languages.py
 	$(BIN)/python -m pytest tests/languages tests/inverse -n $(JOBS) --dist loadgroup -m languages $(PYTEST_OPTIONS)
 
-test-learning: $(VENV)/.dev ## tries packages in PyTorch, JAX, Numba and SciPy; installs these
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,learning]'
+test-learning: $(VENV)/.learning ## tries packages in PyTorch, JAX, Numba and SciPy; installs these
 	$(BIN)/python -m pytest tests/learning -m learning $(PYTEST_OPTIONS)
 
 test-notebooks: $(VENV)/.dev ## runs the notebooks of examples/ from top to bottom
@@ -73,6 +71,9 @@ test-notebooks: $(VENV)/.dev ## runs the notebooks of examples/ from top to bott
 
 test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hundred alterations of what it emits
 	$(BIN)/python -m pytest tests/sabotage tests/verify -n $(JOBS) --dist loadgroup -m sabotage $(PYTEST_OPTIONS)
+
+test-slow: $(VENV)/.dev ## runs the tests that take over 0.4 seconds; most of them build packages
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m slow $(PYTEST_OPTIONS)
 
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
@@ -163,6 +164,11 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	@echo "Installing kinegen and its tools into $(VENV) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $(VENV)/.kinegen $@
+
+$(VENV)/.browser $(VENV)/.learning: $(VENV)/.%: $(VENV)/.dev
+	@echo "Installing what make test-$* takes into $(VENV) ..."
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,$*]'
+	@touch $@
 
 $(VENV)/.site: $(VENV)/.kinegen
 	@echo "Installing the tools of the site into $(VENV) ..."

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 
 from kinegen.native.compiler import Compiler
+from tests import slow
 from tests.builds.workshop import ARM, make, set_machine, write_robot
 from tests.objects import remembering
 
@@ -20,6 +21,24 @@ from tests.objects import remembering
 settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
 settings.register_profile("explore", max_examples=2_000, deadline=None, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """With `--record-slow` the list of slow tests is written anew."""
+    parser.addoption("--record-slow", action="store_true", help="time the tests, and write tests/slow.txt")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """The process that hears of all tests records them."""
+    if config.getoption("--record-slow") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(slow.Recorder())
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Before `-m` chooses among them; a run that writes the list takes them all."""
+    if not config.getoption("--record-slow"):
+        slow.mark(items)
 
 
 def pytest_collection_finish() -> None:

@@ -194,7 +194,7 @@ def _sample(case: Case, calls: int, is_slow: bool) -> tuple[float, bool]:
         busy, waited = time.process_time() - busy, machine.waited() - waited
     if case.cores:
         return took, waited <= (1 - CALM) * took
-    return min(busy, took), busy >= CALM * took
+    return min(busy or took, took), busy >= CALM * took
 
 
 class _Cores:
