@@ -22,7 +22,8 @@ def test_the_list_names_tests_that_exist() -> None:
     for line in slow.SLOW.read_text(encoding="utf-8").splitlines():
         file, _, function = line.partition("::")
         text = (ROOT / file).read_text(encoding="utf-8")
-        assert not function or re.search(rf"^ *def {re.escape(function.rpartition('::')[2])}\(", text, re.MULTILINE), line
+        name = re.escape(function.rpartition("::")[2])
+        assert not function or re.search(rf"^ *def {name}\(", text, re.MULTILINE), line
 
 
 def test_a_recorded_test_is_slow_by_its_mean_or_by_what_its_file_sets_up(tmp_path: Path) -> None:
