@@ -33,6 +33,7 @@ from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
 from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.ir.plain import plain_program
 from kinegen.ir.program import AngleSum, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
@@ -42,9 +43,7 @@ from kinegen.results import BuildOptions, BuildResult, Stage
 from kinegen.robot.calibrated import calibrated
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
-from kinegen.symbolic.expressions import Expressions
 from kinegen.symbolic.inverse.recognise import Unknown, recognise
-from kinegen.symbolic.plain import derive_plain
 from kinegen.texts import Texts, bundle_of, texts_of
 from kinegen.verify.comparison import Comparison, Proof
 from kinegen.verify.fixed import prove_fixed
@@ -89,7 +88,7 @@ def build(
             family = recognise(robot)
             require_arm(robot, options.package, family.reasons if isinstance(family, Unknown) else ())
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
-    kernels, (plain,) = _programs(robot, options.quantities, clock, derive_plain)
+    kernels, (plain,) = _programs(robot, options.quantities, clock, plain_program)
     folder = options.output / robot.name
     with clock.stage("vectors") as detail:
         bundle = bundle_of(kernels, integers=options.integers)
@@ -161,16 +160,12 @@ def lower_robot(robot: Robot, quantities: tuple[Quantity, ...]) -> Kernels:
 
 
 def _programs(
-    robot: Robot, quantities: tuple[Quantity, ...], clock: _Clock, *compared: Callable[[Robot], Expressions]
+    robot: Robot, quantities: tuple[Quantity, ...], clock: _Clock, *compared: Callable[[Robot], Program]
 ) -> tuple[Kernels, tuple[Program, ...]]:
-    """The robot with its programs, and those of other expressions, which are for comparison."""
+    """The robot with its programs, and other ones, which are for comparison."""
     wanted = with_needed(quantities)
     with clock.stage("derive") as detail:
         expressions = [derive(robot, quantity) for quantity in clock.each("derive", wanted)]
-        others = []
-        for make in compared:
-            clock.begin("derive the plain product of link matrices, for comparison")
-            others.append(make(robot))
         detail.append(", ".join(map(str, quantities)))
     with clock.stage("lower") as detail:
         works = zip(expressions, clock.each("lower", wanted), strict=True)
@@ -178,7 +173,8 @@ def _programs(
         detail.append(f"{sum(len(program.statements) for program in programs)} statements")
         solvers = [solver in quantities for solver in SOLVERS]
         kernels = Kernels(robot, programs, runtime_defaults(robot), *solvers)
-        return kernels, tuple(map(lower, others))
+        clock.begin("multiply the link matrices, for comparison")
+        return kernels, tuple(make(robot) for make in compared)
 
 
 def _load(source: Path | Robot, wrt: tuple[str, ...]) -> Robot:

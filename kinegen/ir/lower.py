@@ -7,7 +7,7 @@ sympy's own ordering or by hashes. This is the last module that imports sympy.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -19,7 +19,7 @@ from kinegen.ir.names import name_values
 from kinegen.ir.program import Operator, Program
 from kinegen.ir.signs import absorb_signs
 from kinegen.ir.values import Half, Value, Values
-from kinegen.outputs import Quantity
+from kinegen.outputs import Quantity, Signature
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
@@ -43,22 +43,11 @@ def lower(expressions: Expressions) -> Program:
     Raises:
         KinegenError: If an expression needs an operation that a kernel does not have.
     """
-    lowering = _Lowering()
-    for index, variable in enumerate(expressions.variables):
-        lowering.known[variable] = (1, lowering.values.variable(index))
-    for parameter in expressions.parameters:
-        lowering.known[parameter] = (1, lowering.values.parameter(parameter.name))
+    lowering = Lowering.of(expressions.variables, expressions.parameters)
     lowering.number_angles((*(expression for _, expression in expressions.definitions), *expressions.entries))
     for symbol, expression in expressions.definitions:
         lowering.known[symbol] = lowering.value(expression)
-    outputs = [lowering.value(entry) for entry in expressions.entries]
-    values, numbers = absorb_signs(lowering.values, outputs)
-    return name_values(
-        values,
-        numbers,
-        signature=expressions.signature,
-        parameters=tuple(parameter.name for parameter in expressions.parameters),
-    )
+    return lowering.program([lowering.value(entry) for entry in expressions.entries], expressions.signature)
 
 
 @lru_cache(maxsize=256)
@@ -81,11 +70,33 @@ def runtime_defaults(robot: Robot) -> tuple[Fraction, ...]:
 
 
 @dataclass(slots=True)
-class _Lowering:
-    """Numbers the values of expressions."""
+class Lowering:
+    """Numbers the values of expressions.
 
+    Attributes:
+        parameters: Names of the runtime parameters.
+        values: The values so far.
+        known: The values that symbols stand for.
+    """
+
+    parameters: tuple[str, ...]
     values: Values = field(default_factory=Values)
     known: dict[sp.Symbol, Value] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, variables: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol]) -> Lowering:
+        """Begin with the symbols of the inputs and of the runtime parameters."""
+        lowering = cls(tuple(parameter.name for parameter in parameters))
+        for index, variable in enumerate(variables):
+            lowering.known[variable] = (1, lowering.values.variable(index))
+        for parameter in parameters:
+            lowering.known[parameter] = (1, lowering.values.parameter(parameter.name))
+        return lowering
+
+    def program(self, outputs: Sequence[Value], signature: Signature) -> Program:
+        """The program of some values: order, signs and names are decided here."""
+        values, numbers = absorb_signs(self.values, outputs)
+        return name_values(values, numbers, signature=signature, parameters=self.parameters)
 
     def value(self, expression: sp.Expr) -> Value:
         """The numbered value of an expression, with its sign."""

@@ -1,45 +1,31 @@
-"""The plain way, for comparison: link matrices multiplied from the base to the tips, skipping zeros and ones only."""
+"""The plain way, for comparison: the link matrices of a robot as a book prints them."""
 
 from __future__ import annotations
 
 import sympy as sp
 
-from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.chain import links_between
-from kinegen.symbolic.expressions import Expressions, Tape
+from kinegen.symbolic.expressions import Tape
 from kinegen.symbolic.fold import fold
-from kinegen.symbolic.pose import UNITS, Plan, evaluate, pose_entries
-from kinegen.symbolic.signatures import joint_array, joint_symbols, parameter_symbols, pose_array, signature
-from kinegen.symbolic.transforms import Elementary, symbols
+from kinegen.symbolic.pose import Plan, evaluate, pose_entries
+from kinegen.symbolic.transforms import Elementary, Values
 
 Rows = tuple[tuple[sp.Expr, ...], ...]
 
 
-def derive_plain(robot: Robot) -> Expressions:
-    """The pose of every tip as a product of link matrices, what one gets without folding.
+def link_matrices(robot: Robot, frame: str, values: Values) -> tuple[Rows, ...]:
+    """The matrices whose product is the pose of a frame.
 
     Args:
         robot: The robot.
+        frame: Its name.
+        values: What the names of the file stand for.
 
     Returns:
-        Twelve entries for each tip, with equal subexpressions shared.
+        The upper three rows of each, from the base to the frame.
     """
-    values = symbols(robot, keep_parameters=False)
-    tape = Tape()
-    entries: list[sp.Expr] = []
-    for tip in robot.tips:
-        rows: Rows = tuple((*unit, sp.S.Zero) for unit in UNITS)
-        for link in links_between(robot, robot.root, tip, values):
-            rows = _times(rows, _link_matrix(link), tape)
-        entries += [entry for row in rows for entry in row]
-    return Expressions(
-        signature=signature(robot, Quantity.POSE, (joint_array(robot),), pose_array(robot, Quantity.POSE)),
-        variables=joint_symbols(robot, values),
-        parameters=parameter_symbols(robot, values),
-        definitions=tuple(tape.definitions),
-        entries=tuple(entries),
-    )
+    return tuple(map(_link_matrix, links_between(robot, robot.root, frame, values)))
 
 
 def _link_matrix(link: tuple[Elementary, ...]) -> Rows:
@@ -54,11 +40,3 @@ class _Inline(Tape):
 
     def name(self, expression: sp.Expr) -> sp.Expr:
         return expression
-
-
-def _times(left: Rows, right: Rows, tape: Tape) -> Rows:
-    def entry(row: int, column: int) -> sp.Expr:
-        inner = sum((left[row][k] * tape.name(right[k][column]) for k in range(3)), sp.S.Zero)
-        return tape.name(inner + (left[row][3] if column == 3 else sp.S.Zero))
-
-    return tuple(tuple(entry(row, column) for column in range(4)) for row in range(3))

@@ -8,11 +8,11 @@ import pytest
 
 from kinegen.formats.load import load, loads
 from kinegen.ir.lower import lower
+from kinegen.ir.plain import plain_program
 from kinegen.ir.program import count
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
-from kinegen.symbolic.plain import derive_plain
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 
@@ -60,7 +60,7 @@ INCLINED = {"nutating_mill": 1}
 @pytest.mark.parametrize("name", sorted(path.stem for path in ROBOTS.glob("*.yaml")))
 def test_folding_never_costs_more_than_the_plain_product(name: str) -> None:
     robot = load(ROBOTS / f"{name}.yaml")
-    folded, plain = count(lower(derive(robot, Quantity.POSE))), count(lower(derive_plain(robot)))
+    folded, plain = count(lower(derive(robot, Quantity.POSE))), count(plain_program(robot))
 
     assert folded.multiplications + folded.additions - INCLINED.get(name, 0) <= plain.multiplications + plain.additions
     assert folded.sine_cosines <= plain.sine_cosines + folded.additions
