@@ -39,8 +39,11 @@ class Kind:
 
 def _stack(rows: Rows, dtype: Any = np.float64) -> NDArray[Any]:
     """Stack entries of shape (N,) or () to matrices (N, 4, 4) or (4, 4)."""
-    entries = np.broadcast_arrays(*(np.asarray(entry, dtype=dtype) for row in rows for entry in row))
-    return np.stack(entries, axis=-1).reshape(*entries[0].shape, 4, 4)
+    found = np.empty((*np.broadcast_shapes(*(np.shape(entry) for row in rows for entry in row)), 4, 4), dtype=dtype)
+    for row, entries in enumerate(rows):
+        for column, entry in enumerate(entries):
+            found[..., row, column] = entry
+    return found
 
 
 FLOATS = Kind(

@@ -63,8 +63,7 @@ class Kinematics:
         """Pose `base_T_frame`, shape (N, 4, 4); of a way such as `tool/table`, the pose `table_T_tool`."""
         if not self._places:
             with mpmath.workdps(DIGITS):
-                kind = self._kind()
-                self._places = chain(self.robot, values_of(self.robot, list(self.q.T), self._params, kind), kind)
+                self._places = self._all_poses()
         with mpmath.workdps(DIGITS):
             return np.broadcast_to(seen_pose(self._places, frame), (len(self.q), 4, 4))
 
@@ -110,6 +109,13 @@ class Kinematics:
             return np.atleast_2d(np.asarray(values, dtype=WIDE if self._wide else np.float64))
         with mpmath.workdps(DIGITS):
             return np.atleast_2d(np.frompyfunc(mpmath.mpf, 1, 1)(np.asarray(values, dtype=object)))
+
+    def _all_poses(self) -> dict[str, Numbers]:
+        """The poses of all frames: where series in small changes are known, what is left without a change."""
+        for known in self._by_order.values():
+            return {name: series.parts[()] for name, series in known.items()}
+        kind = self._kind()
+        return chain(self.robot, values_of(self.robot, list(self.q.T), self._params, kind), kind)
 
     def _kind(self) -> Kind:
         if self.exact:

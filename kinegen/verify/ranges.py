@@ -303,7 +303,7 @@ def _moved(robot: Robot, q: FloatArray) -> list[FloatArray]:
 def _newton(robot: Robot, q: FloatArray, targets: FloatArray) -> FloatArray:
     """The step that leads joint vectors to poses."""
     motion = Kinematics(robot, q)
-    poses, jacobian = motion.pose(TOOL), motion.jacobian(TOOL)
+    jacobian, poses = motion.jacobian(TOOL), motion.pose(TOOL)
     between = targets[:, :3, :3] @ poses[:, :3, :3].swapaxes(1, 2)
     skew = (between - between.swapaxes(1, 2)) / 2
     turn = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
