@@ -6,7 +6,8 @@ by turns, the middle of some rounds:
 - `eval` to poses in one file, one worker, against pyarrow that reads the same columns and writes the same ones back
   with a column of twelve numbers more, and computes nothing;
 - the most memory that both took;
-- `eval` to all solutions of the inverse with two workers against one, on a system with two processors or more;
+- `eval` to all solutions of the inverse with two workers against one, on a system with two processors or more: of its
+  400 bytes a row much of the time goes to the disk; and to the numeric inverse, where it goes to the kernel;
 - runs that are killed at random moments and resumed: their files have to be those of a run that was not.
 """
 
@@ -16,6 +17,7 @@ import argparse
 import hashlib
 import os
 import random
+import shutil
 import signal
 import statistics
 import subprocess
@@ -41,6 +43,9 @@ BLOCK = 1 << 20
 
 STREAMED = 10_000
 """Rows of a block of `--stream`."""
+
+SEARCHED = 400_000
+"""Targets of the numeric inverse, of which each takes as long as some hundred closed forms."""
 
 KILLED_ROWS = 1_500_000
 SEED = 20240229
@@ -136,18 +141,19 @@ def stream(rows: int) -> int:
     return 0
 
 
-def write_joints(path: Path, rows: int) -> None:
+def write_joints(path: Path, rows: int, block: int = BLOCK) -> None:
     """Write a file of random joint vectors.
 
     Args:
         path: The file.
         rows: Number of joint vectors.
+        block: Rows of a row group.
     """
     random_numbers = np.random.default_rng(SEED)
     schema = pa.schema([(name, pa.float64()) for name in COLUMNS])
     with parquet.ParquetWriter(path, schema, compression="none", use_dictionary=False) as writer:
-        for first in range(0, rows, BLOCK):
-            numbers = random_numbers.uniform(-2.5, 2.5, (6, min(BLOCK, rows - first)))
+        for first in range(0, rows, block):
+            numbers = random_numbers.uniform(-2.5, 2.5, (6, min(block, rows - first)))
             writer.write_batch(pa.record_batch(list(numbers), schema=schema))
 
 
@@ -184,21 +190,24 @@ def compare_workers(folder: Path, data: Path) -> None:
         folder: For results.
         data: Joint vectors; the first million is taken.
     """
-    part = folder / "part.parquet"
-    write_joints(part, min(parquet.read_metadata(data).num_rows, 8 * BLOCK))
-    poses = folder / "targets"
-    evaluate(folder, part, poses.name, "pose", "--drop", "*")
-    seconds: dict[int, list[Spent]] = {1: [], 2: []}
-    words = ("--columns", "base_T_tool=pose", "--drop", "*", "--part-rows", str(BLOCK // 2))
-    for _ in range(ROUNDS):
-        for count, found in seconds.items():
-            name = f"solved{count}"
-            found.append(evaluate(folder, poses, name, "inverse", *words, "--workers", str(count)))
-            for file in (folder / name).iterdir():
-                file.unlink()
-            (folder / name).rmdir()
-    one, two = (middle(found) for found in seconds.values())
-    print(f"inverse, one worker {one:.2f} s, two {two:.2f} s, start included: {one / two:.2f} times (asked 1.8)")
+    rows = min(parquet.read_metadata(data).num_rows, 8 * BLOCK)
+    for output, count, block, rounds in (("inverse", rows, BLOCK, ROUNDS), ("numeric_inverse", SEARCHED, 1 << 13, 1)):
+        part, poses = folder / "part.parquet", folder / "targets"
+        write_joints(part, count, block)
+        evaluate(folder, part, poses.name, "pose", "--drop", "*", "--part-rows", str(block))
+        seconds: dict[int, list[Spent]] = {1: [], 2: []}
+        words = ("--columns", "base_T_tool=pose", "--drop", "*", "--part-rows", str(block // 2))
+        for _ in range(rounds):
+            for workers, found in seconds.items():
+                name = f"solved{workers}"
+                found.append(evaluate(folder, poses, name, output, *words, "--workers", str(workers)))
+                shutil.rmtree(folder / name)
+        shutil.rmtree(poses)
+        one, two = (middle(found) for found in seconds.values())
+        print(
+            f"{output}, {count:,} rows: one worker {one:.2f} s, two {two:.2f} s, start included: "
+            f"{one / two:.2f} times (asked 1.8)"
+        )
 
 
 def kill_and_resume(folder: Path, kills: int) -> None:

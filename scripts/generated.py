@@ -1,11 +1,13 @@
 """What `generated/` holds: a few complete packages, and a digest of what every robot gives in every language.
 
-    python scripts/generated.py            builds and proves the packages, and writes `generated/digests.txt`
-    python scripts/generated.py --check    compares instead, and changes nothing; packages are built without a compiler
+    python scripts/generated.py                    builds and proves the packages, and writes the digests
+    python scripts/generated.py --check            compares instead, and changes nothing; builds without a compiler
+    python scripts/generated.py --check --every    compares all robots, also where no source has changed
 
 The packages are for people who want to read what kinegen writes. The digests show every change of a byte, for all
 robots, all outputs and all languages: a line is `ROBOT LANGUAGE SHA-256`, cut to 16 digits. Lines marked `dh` belong to
-the robot whose table's entries are runtime parameters.
+the robot whose table's entries are runtime parameters. `sources.txt` says from which sources they were computed, and
+has their own digest: where both are true, `--check` compares the packages and one robot in seven.
 """
 
 from __future__ import annotations
@@ -41,9 +43,13 @@ from kinegen.robot.model import Robot
 from kinegen.verify.integer_vectors import fixed_vectors
 from kinegen.verify.vectors import compute_vectors
 
+sys.path.append(str(Path(__file__).parent))
+import sources
+
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = ROOT / "generated"
-DIGESTS = "digests.txt"
+ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
+DIGESTS, SOURCES = "digests.txt", "sources.txt"
 
 EVERY = "all outputs"
 """Stands for every output that the robot has."""
@@ -141,9 +147,9 @@ def _line(label: str, files: Mapping[str, str]) -> str:
     return f"{label} {digest.hexdigest()[:16]}"
 
 
-def digests() -> str:
-    """The text of `generated/digests.txt`."""
-    paths = sorted((ROOT / "robots").glob("*.yaml"), key=lambda path: (-path.stat().st_size, path.name))
+def digests(paths: Iterable[Path]) -> str:
+    """The text of `generated/digests.txt`, or its lines of some robots."""
+    paths = sorted(paths, key=lambda path: (-path.stat().st_size, path.name))
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         found = dict(zip(paths, pool.map(lines, paths), strict=True))
     return "".join(f"{line}\n" for path in sorted(found) for line in found[path])
@@ -171,7 +177,7 @@ def differences(here: Path, there: Path) -> Iterator[str]:
         path.relative_to(folder)
         for folder in (here, there)
         for path in folder.rglob("*")
-        if path.is_file() and path.suffix != ".so" and "__pycache__" not in path.parts
+        if path.is_file() and path.suffix != ".so" and "__pycache__" not in path.parts and path.parent != folder
     }
     for name in sorted(names):
         if not (here / name).exists() or not (there / name).exists():
@@ -180,19 +186,36 @@ def differences(here: Path, there: Path) -> Iterator[str]:
             yield f"{name} differs"
 
 
-def check() -> int:
+def stamp(text: str) -> str:
+    """What is recorded of some digests: of the sources, and of the digests themselves."""
+    own = sources.digest(["scripts/generated.py"], ["kinegen.cli.build"])
+    return f"{own} {hashlib.sha256(text.encode()).hexdigest()[:16]}\n"
+
+
+def check(*, every: bool) -> int:
     """Compare `generated/` with what the robots give."""
+    before = (GENERATED / DIGESTS).read_text(encoding="utf-8")
+    now, known = stamp(before), (GENERATED / SOURCES).read_text(encoding="utf-8")
+    paths = [path for path in ROBOTS if every or now != known or sources.is_in_sample(path.stem, now)]
     with tempfile.TemporaryDirectory() as temporary:
         fresh = Path(temporary)
         build_packages(fresh, compiled=False)
-        (fresh / DIGESTS).write_text(digests(), encoding="utf-8")
         found = list(differences(GENERATED, fresh))
-        old, new = ((place / DIGESTS).read_text(encoding="utf-8").splitlines() for place in (GENERATED, fresh))
+    new = digests(paths).splitlines()
+    names = {line.split()[0] for line in new}
+    old = [line for line in before.splitlines() if line.split()[0] in names or len(paths) == len(ROBOTS)]
+    if new != old:
+        found.append(f"{DIGESTS} differs")
+    elif now != known:
+        found.append(f"{SOURCES} differs: the digests are right, and of other sources than it says")
     for text in found:
         print(text)
     for line in sorted(set(new) - set(old)):
         print(f"now {line}")
-    print("generated/ is not current: run 'make generated' and commit what it changes" if found else "it is current")
+    what = f"{len(paths)} of {len(ROBOTS)} robots compared"
+    print(
+        f"generated/ is not current: run 'make generated', and commit ({what})" if found else f"it is current: {what}"
+    )
     return bool(found)
 
 
@@ -200,14 +223,18 @@ def main() -> int:
     """Write or check."""
     parser = argparse.ArgumentParser(description="Writes generated/, or compares it with what the robots give.")
     parser.add_argument("--check", action="store_true", help="compare, and change nothing")
-    if parser.parse_args().check:
-        return check()
+    parser.add_argument("--every", action="store_true", help="compare all robots, also where no source has changed")
+    options = parser.parse_args()
+    if options.check:
+        return check(every=options.every)
     # A package for C projects leaves what lies beside its own folders, so everything is made from nothing.
     for folder in GENERATED.iterdir() if GENERATED.is_dir() else ():
         if folder.is_dir():
             shutil.rmtree(folder)
     build_packages(GENERATED, compiled=True)
-    (GENERATED / DIGESTS).write_text(digests(), encoding="utf-8")
+    text = digests(ROBOTS)
+    (GENERATED / DIGESTS).write_text(text, encoding="utf-8")
+    (GENERATED / SOURCES).write_text(stamp(text), encoding="utf-8")
     return 0
 
 
