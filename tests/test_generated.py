@@ -34,6 +34,14 @@ def test_the_digests_of_a_robot_are_current(name: str) -> None:
     assert script.lines(ROOT / "robots" / f"{name}.yaml") == [line for line in LINES if line.startswith(f"{name} ")]
 
 
+def test_the_record_of_the_sources_is_of_these_digests() -> None:
+    text = (GENERATED / script.DIGESTS).read_text(encoding="utf-8")
+    recorded = (GENERATED / script.SOURCES).read_text(encoding="utf-8")
+
+    assert recorded.split()[1] == script.stamp(text).split()[1]
+    assert script.stamp(text.replace("puma560 c", "puma560 d")).split()[1] != recorded.split()[1]
+
+
 def test_a_changed_byte_changes_the_digest() -> None:
     assert script._line("arm c", {"arm.c": "a"}) != script._line("arm c", {"arm.c": "b"})
     assert script._line("arm c", {"arm.c": "a"}) != script._line("arm c", {"arm.h": "a"})
