@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from kinegen.emit.accuracy import NUMBER_TYPES
 from kinegen.emit.reals import Real
 from kinegen.ir.bounds import Ranges, bound
+from kinegen.ir.bounds.analysis import _beyond
 from kinegen.ir.bounds.graph import graph_of
 from kinegen.ir.bounds.numbers import UPWARDS, largest_cosine, largest_sine, lower, norm, upper
 from kinegen.ir.bounds.rows import all_rows, turns
@@ -247,6 +248,21 @@ def test_signs_decide_what_is_a_rotation(signs: tuple[Operator, Operator]) -> No
     one, other = (all_rows(graph)[number][0] for number in graph.outputs[:2])
 
     assert turns(one, other, graph) is (signs[0] is not signs[1])
+
+
+def test_ranges_in_which_sines_and_cosines_reach_as_far_are_analysed_once() -> None:
+    writer = Writer()
+    x, y = writer.turn(Variable(0), Constant(Fraction(1, 3)), Constant(Fraction(2, 7)), (Operator.SUB, Operator.ADD))
+    program = writer.program(*writer.turn(Variable(1), x, y, (Operator.SUB, Operator.ADD)))
+    wide, wider, narrow = (
+        Ranges(((-half, half),) * DOF, (Fraction(0),)) for half in (Fraction(2), Fraction(3), Fraction(1, 10))
+    )
+    before = _beyond.cache_info().misses
+
+    assert entries(program, wide) == entries(program, wider)
+    assert _beyond.cache_info().misses == before + 1
+    assert sum(entries(program, narrow)) < sum(entries(program, wide))
+    assert _beyond.cache_info().misses == before + 2
 
 
 def test_turning_to_and_fro_adds_errors_and_does_not_multiply_them() -> None:
