@@ -14,6 +14,20 @@ import pytest
 
 SLOW = Path(__file__).with_name("slow.txt")
 
+ELSEWHERE = (
+    "boards",
+    "browser",
+    "controllers",
+    "counts",
+    "imports",
+    "languages",
+    "learning",
+    "long",
+    "notebooks",
+    "sabotage",
+)
+"""Marks of tests that other targets run."""
+
 SECONDS = 0.4
 """What a test may take in the mean over its parameters, with what it sets up, and still be quick."""
 
@@ -30,7 +44,7 @@ def mark(items: Iterable[pytest.Item], listed: Path = SLOW) -> None:
     """
     names = frozenset(listed.read_text(encoding="utf-8").splitlines())
     for item in items:
-        if not names.isdisjoint(_names(item.nodeid)):
+        if not names.isdisjoint(_names(item.nodeid)) and not any(map(item.get_closest_marker, ELSEWHERE)):
             item.add_marker(pytest.mark.slow)
 
 

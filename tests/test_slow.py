@@ -52,7 +52,12 @@ def test_what_is_listed_is_marked(tmp_path: Path) -> None:
     nodes = ["tests/test_a.py::test_long[1]", "tests/test_a.py::test_longer", "tests/test_b.py::Two::test_any"]
 
     items: Any = [
-        SimpleNamespace(nodeid=node, add_marker=lambda mark, node=node: marked.append((node, mark))) for node in nodes
+        SimpleNamespace(
+            nodeid=node,
+            add_marker=lambda mark, node=node: marked.append((node, mark)),
+            get_closest_marker=lambda name, node=node: name == "long" and node.endswith("[2]"),
+        )
+        for node in (*nodes, "tests/test_a.py::test_long[2]")
     ]
     slow.mark(items, listed)
 
