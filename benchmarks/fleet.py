@@ -188,7 +188,7 @@ def compare_workers(folder: Path, data: Path) -> None:
 
     Args:
         folder: For results.
-        data: Joint vectors; the first million is taken.
+        data: Joint vectors; as many new ones are taken, at most eight million.
     """
     rows = min(parquet.read_metadata(data).num_rows, 8 * BLOCK)
     for output, count, block, rounds in (("inverse", rows, BLOCK, ROUNDS), ("numeric_inverse", SEARCHED, 1 << 13, 1)):
