@@ -63,9 +63,6 @@ C_HEADERS = frozenset(
 )
 """Standard headers, which a header of the robot's name would hide."""
 
-GLUE_NAMES = frozenset({"arrays"})
-"""Files that are compiled beside those of a robot; the others begin with kinegen."""
-
 BOARD_MACROS = frozenset(
     """ADC ADCH ADCL ADCW APB_CLK_FREQ ARDUINO BUILTIN_SDCARD CAN CHANGE CRC CoreDebug DAC DEFAULT DEG_TO_RAD DISPLAY
     DWT EEAR EEDR EULER EXTERNAL EXTI FALLING FALSE FLASH FPU F_CPU HALF_PI HIGH INPUT INPUT_PULLDOWN
@@ -153,7 +150,7 @@ def _robot_defect(name: str) -> str:
         return "would hide the Python module of that name"
     if name in C_HEADERS:
         return "would hide the C header of that name"
-    if name in GLUE_NAMES or name.startswith("kinegen_"):
+    if name.startswith("kinegen_"):
         return "is the name of a file that kinegen compiles together with those of the robot"
     if name.lower() in DEVICE_NAMES:
         return "is a device name on Windows, so no folder can have it"

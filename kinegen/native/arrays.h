@@ -4,44 +4,16 @@
  * object are read, whose form NumPy has kept from version 1 to 2; no function of NumPy or Python is called, so this
  * needs no interpreter lock. The caller holds references to both arrays.
  */
-#ifndef KINEGEN_ARRAYS_H_INCLUDED
-#define KINEGEN_ARRAYS_H_INCLUDED
+#ifndef KINEGEN_KINEGEN_ARRAYS_H_INCLUDED
+#define KINEGEN_KINEGEN_ARRAYS_H_INCLUDED
 
-#include <stddef.h>
-#include <stdint.h>
+#include "kinegen_entries.h"
 #define NPY_NO_DEPRECATED_API NPY_1_22_API_VERSION
 #include <Python.h>
 #include <numpy/ndarraytypes.h>
 
 /* More configurations than this are declined: the caller cuts the batch up, and Ctrl-C gets through in between. */
 #define LARGEST_BLOCK 32768
-
-/* Layouts of a result, as the batch kernels number them. */
-enum { LAYOUT_4X4 = 0, LAYOUT_3X4 = 1, LAYOUT_JOINT_MAJOR = 2 };
-
-/* One array of a kernel for one configuration: (6), (4, 4), (tips, 4, 4), (6, 7) and so on. */
-typedef struct {
-    int rank;
-    npy_intp shape[4];
-    int is_pose;       /* whether it holds matrices, whose last rows some layouts leave out */
-    int is_empty;      /* whether it has no elements: a vector of no joints, a Jacobian by none */
-    int is_truth;      /* whether it holds truth values, a byte each, whatever the numbers of the others are */
-} Form;
-
-/* Where an array of a call lies, with strides in elements. */
-typedef struct {
-    void *data;
-    ptrdiff_t pose;    /* from one configuration to the next; for results in joint-major layout from row to row */
-    ptrdiff_t joint;   /* from one number to the next */
-} Place;
-
-/* What a call is. */
-typedef struct {
-    int type;          /* NPY_DOUBLE or NPY_FLOAT */
-    int single;        /* one contiguous configuration: the scalar kernel serves it */
-    size_t count;
-    ptrdiff_t sets;    /* from the parameters of one configuration to those of the next, in structs; 0 is one for all */
-} Call;
 
 /* The type of the entries of an array in a call with numbers of a type. */
 static int entry_type(const Form *form, int type)
@@ -180,9 +152,8 @@ static int fits(PyArrayObject *array, PyArrayObject *first, int lead, const Form
     return 1;
 }
 
-/* Find where the arrays of a call lie, inputs first; 0 for arrays that the kernel cannot use where they lie. */
-static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs, int arrays, int layout, Place *places,
-                       Call *call)
+int kinegen_read_arrays(const uintptr_t *addresses, const Form *forms, int inputs, int arrays, int layout, Place *places,
+                        Call *call)
 {
     PyArrayObject *const first = (PyArrayObject *)addresses[0];
     const int lead = PyArray_NDIM(first) - inner_rank(&forms[0], layout), type = PyArray_TYPE(first);
@@ -215,9 +186,7 @@ static int read_arrays(const uintptr_t *addresses, const Form *forms, int inputs
     return 1;
 }
 
-/* Find the parameters of each configuration of a call, which lie in the rows of an array (configurations, parameters) of
- * the same type; NULL for an array that is something else. */
-static inline const void *take_sets(uintptr_t address, npy_intp parameters, Call *call)
+const void *kinegen_take_sets(uintptr_t address, ptrdiff_t parameters, Call *call)
 {
     PyArrayObject *const array = (PyArrayObject *)address;
     if (PyArray_NDIM(array) != 2 || PyArray_TYPE(array) != call->type) return NULL;

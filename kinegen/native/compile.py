@@ -28,11 +28,11 @@ from kinegen.naming import EXTENSION
 from kinegen.native.cache import Cache
 from kinegen.native.compiler import Compiler, find_compiler
 from kinegen.native.dispatch import Unit
-from kinegen.native.glue import GLUE, HEADER
+from kinegen.native.glue import CALLS, GLUE, HEADER
 
 _WRAPPER = "kinegen_cffi.c"
 
-# The module is what cffi makes, with the functions of calls.h.
+# The module is what cffi makes, with the functions of calls.c.
 _PREAMBLE = f"""#include "{HEADER}"
 PyObject *kinegen_with_calls(PyObject *module);
 static PyObject *kinegen_cffi_module(void);
@@ -133,10 +133,10 @@ def _build(
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None) as pool:
         # The longest first, so that the last one to end is a short one.
-        jobs = [start(unit) for unit in sorted((*units, own[0]), key=lambda unit: -len(sources[unit.source]))]
+        jobs = [start(unit) for unit in sorted((*units, *own[:-1]), key=lambda unit: -len(sources[unit.source]))]
         try:
             _write_wrapper(folder / _WRAPPER, cdef, module)
-            jobs.append(start(own[1]))
+            jobs.append(start(own[-1]))
             for job in jobs:
                 job.result()
         except BaseException:
@@ -159,10 +159,11 @@ def _order(compiler: Compiler, name: str, text: str) -> tuple[str, ...]:
     return compiler.haste if longest > _LONG else compiler.scheduling if name.endswith("_batch.c") else ()
 
 
-def _own_units() -> tuple[Unit, Unit]:
-    """How the C between the kernels and Python is compiled."""
+def _own_units() -> tuple[Unit, ...]:
+    """How the C between the kernels and Python is compiled; what cffi makes is the last one."""
     includes = tuple(f"-I{path}" for path in _includes())
-    return Unit(GLUE, Path(GLUE).stem, ("-O2", *includes)), Unit(_WRAPPER, Path(_WRAPPER).stem, ("-O1", *includes))
+    flags = {CALLS: ("-O2", *includes), GLUE: ("-O2",), _WRAPPER: ("-O1", *includes)}
+    return tuple(Unit(name, Path(name).stem, words) for name, words in flags.items())
 
 
 def _write_wrapper(path: Path, cdef: str, module: str) -> None:

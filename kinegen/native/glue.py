@@ -5,7 +5,7 @@ extension besides the emitted files. For an output `fk` of the robot `arm` the e
 
     arm_fk, arm_fk_batch     the kernels as emitted; `arm_f32_...` for float
     arm_fk_arrays            takes the addresses of array objects, and declines (0) what is not plain
-    quick_class, quicken     the same for calls without Python code around them; see `calls.h`
+    quick_class, quicken     the same for calls without Python code around them; see `calls.c`
     arm_fk_pointers          the scalar kernel with plain pointers, for bound arguments
     kinegen_stamp            the digest of the sources
     kinegen_select           picks the variant of the batch kernels, by name or (an empty one) the best that this
@@ -33,7 +33,10 @@ HEADER = "kinegen_glue.h"
 """Declares everything that cffi calls."""
 
 GLUE = "kinegen_glue.c"
-"""The only file besides cffi's that reads Python's headers."""
+"""What is made for one robot."""
+
+CALLS = "kinegen_calls.c"
+"""The same for all robots; the only file besides cffi's that reads the headers of Python and NumPy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,13 +158,12 @@ def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[
         C text by file name, to be compiled beside the emitted files.
     """
     place = resources.files("kinegen.native")
-    headers = {name: place.joinpath(name).read_text(encoding="utf-8") for name in ("arrays.h", "memory.h", "calls.h")}
+    fixed = {f"kinegen_{name}": place.joinpath(name).read_text(encoding="utf-8") for name in _SAME}
     own = [f"{_pointers(interface, function, real)};" for function in interface.functions for real in interface.reals]
     own += [*_FIXED, *(f"{_arrays(interface, function)};" for function in interface.functions)]
     includes = ("#include <stdint.h>", *(f'#include "{header}"' for header in interface.headers()))
     header = [*includes, "", _VISIBLE, *own, *more, _HIDDEN]
-    # The robot's headers stand first: those of NumPy bring the macro I, which may be the name of a parameter.
-    parts = [f"#define Py_LIMITED_API {_STABLE}", f'#include "{HEADER}"', '#include "calls.h"', ""]
+    parts = [f'#include "{HEADER}"', '#include "kinegen_entries.h"', "#include <string.h>", ""]
     parts += [f'const char *kinegen_stamp(void) {{ return "{digest}"; }}', ""]
     listed = "".join(f'\n    "{line}\\n"' for line in _signatures(interface, (*own, *more)))
     parts += [f"const char *kinegen_signatures(void)\n{{\n    return{listed};\n}}", ""]
@@ -170,11 +172,11 @@ def glue(interface: Interface, digest: str, more: tuple[str, ...] = ()) -> dict[
         parts += [_arrays_definition(interface, function), ""]
     parts.append(_entries(interface))
     written = {HEADER: header, GLUE: parts}
-    return headers | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
+    return fixed | {name: "\n".join(lines) + "\n" for name, lines in written.items()}
 
 
-_STABLE = "0x030A0000"
-"""The stable interface of CPython that the extension keeps to: that of 3.10."""
+_SAME = ("entries.h", "arrays.h", "memory.h", "calls.c")
+"""The C that is the same for all robots."""
 
 _REALS = ("double", "float")
 """The order in which parameters of both number types are handed on."""
@@ -262,7 +264,7 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
     forms, run = _form_and_run(interface, function)
     counts = f"{len(function.inputs)}, {len(arrays)}"
     named = [f"params_{real}" if interface.parameters and real in interface.reals else "NULL" for real in _REALS]
-    taken = f"take_sets(sets, {len(interface.parameters)}, &call)"
+    taken = f"kinegen_take_sets(sets, {len(interface.parameters)}, &call)"
     return "\n".join(
         [
             f"static const Form {forms}[] = {{{', '.join(_form(array) for array in arrays)}}};",
@@ -275,7 +277,7 @@ def _arrays_definition(interface: Interface, function: Function) -> str:
             f"    const void *params[] = {{{', '.join(named)}}};",
             f"    Place places[{len(arrays)}];",
             "    Call call;",
-            f"    if (!read_arrays(addresses, {forms}, {counts}, layout, places, &call)) return 0;",
+            f"    if (!kinegen_read_arrays(addresses, {forms}, {counts}, layout, places, &call)) return 0;",
             *[f"    if (sets != 0 && (params[0] = params[1] = {taken}) == NULL) return 0;"]
             * bool(interface.parameters),
             f"    return {run}(params, places, &call, layout);",
@@ -308,7 +310,7 @@ def _run_definition(interface: Interface, function: Function) -> str:
         batch += [*params, *["call->sets"] * bool(params)]
         batch += [f"p[{index}].{word}" for index in range(len(inputs), count) for word in ("data", "pose")]
         lines += [
-            f"    if (call->type == NPY_{real.upper()}) {{",
+            f"    if (call->type == TYPE_{real.upper()}) {{",
             f"        if (call->single) {pointers}({', '.join(single)});",
             f"        else {batched}(call->count, {', '.join(batch)}, layout);",
             "        return 1;",
@@ -319,7 +321,7 @@ def _run_definition(interface: Interface, function: Function) -> str:
 
 def _entries(interface: Interface) -> str:
     """The kernels by name, for calls without Python code around them."""
-    lines = ["static const Entry *find_entry(const char *name)", "{", "    static const Entry entries[] = {"]
+    lines = ["const Entry *kinegen_find_entry(const char *name)", "{", "    static const Entry entries[] = {"]
     for function in interface.functions:
         (forms, run), inputs = _form_and_run(interface, function), len(function.inputs)
         numbers = f"{inputs}, {inputs + len(function.results)}"

@@ -6,10 +6,10 @@
  * written and not cleared. Tools that show the memory of a process count such pages as its own until they are taken.
  * NumPy knows these functions as the handler of an array, so results own their memory as any array does.
  */
-#ifndef KINEGEN_MEMORY_H_INCLUDED
-#define KINEGEN_MEMORY_H_INCLUDED
+#ifndef KINEGEN_KINEGEN_MEMORY_H_INCLUDED
+#define KINEGEN_KINEGEN_MEMORY_H_INCLUDED
 
-#include "arrays.h"
+#include "kinegen_arrays.h"
 #include <string.h>
 
 #if defined(__linux__) && defined(NPY_1_22_API_VERSION)

@@ -6,13 +6,16 @@
  * `base.__call__`, which also finds the words for what is wrong. This is CPython's stable interface of 3.10; see
  * "Vectorcall" below for the one thing beyond it. Everything here runs under the interpreter lock but for batches.
  */
-#ifndef KINEGEN_CALLS_H_INCLUDED
-#define KINEGEN_CALLS_H_INCLUDED
+#define Py_LIMITED_API 0x030A0000
 
-#include "arrays.h"
-#include "memory.h"
+#include "kinegen_arrays.h"
+#include "kinegen_memory.h"
 #include <string.h>
 #include <structmember.h>
+
+/* Types and extents are those of NumPy. */
+typedef char agrees_with_numpy[TYPE_FLOAT == NPY_FLOAT && TYPE_DOUBLE == NPY_DOUBLE
+                               && sizeof(ptrdiff_t) == sizeof(npy_intp) ? 1 : -1];
 
 /* Calls may have so many arrays, and batches so many axes; others take the way through Python. */
 #define MOST_ARRAYS 8
@@ -21,14 +24,6 @@
 #define SMALL 16384
 /* Configurations that are worth letting other threads run meanwhile. */
 #define WORTH_UNLOCKING 32
-
-/* One kernel: its arrays, inputs first, and what evaluates it where `read_arrays` found them; 0 for a missing type. */
-typedef struct {
-    const char *name;
-    int inputs, arrays;
-    const Form *forms;
-    int (*run)(const void *const *params, const Place *places, const Call *call, int layout);
-} Entry;
 
 /* Vectorcall: the fields and flags are the same from CPython 3.9 on, and part of the stable interface from 3.12 on. */
 typedef PyObject *(*Vectorcall)(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names);
@@ -198,7 +193,7 @@ static int evaluate(const Quick *quick, PyArrayObject *const *arrays, int lead, 
         return entry->run(quick->params, places, &call, LAYOUT_4X4);
     }
     for (int i = 0; i < entry->arrays; ++i) addresses[i] = (uintptr_t)arrays[i];
-    if (!read_arrays(addresses, entry->forms, entry->inputs, entry->arrays, LAYOUT_4X4, places, &call)) return 0;
+    if (!kinegen_read_arrays(addresses, entry->forms, entry->inputs, entry->arrays, LAYOUT_4X4, places, &call)) return 0;
     if (call.count < WORTH_UNLOCKING) return entry->run(quick->params, places, &call, LAYOUT_4X4);
     Py_BEGIN_ALLOW_THREADS
     done = entry->run(quick->params, places, &call, LAYOUT_4X4);
@@ -310,7 +305,7 @@ static PyObject *call_nearest(PyObject *self, PyObject *const *args, PyObject *n
         || !is_target(places[0].data, call.type)) {
         return call_slowly(self, args, 1, names);
     }
-    arrays[2] = (PyArrayObject *)NEW_ARRAY(1, entry->forms[2].shape, call.type);
+    arrays[2] = (PyArrayObject *)NEW_ARRAY(1, (const npy_intp *)entry->forms[2].shape, call.type);
     result = arrays[2] == NULL ? NULL : PyTuple_New(2);
     if (result == NULL) {
         Py_XDECREF(arrays[2]);
@@ -425,8 +420,6 @@ static PyObject *empty_large(PyObject *module, PyObject *args)
     return result;
 }
 
-static const Entry *find_entry(const char *name);
-
 /* quicken(object, name, kind, params...): whether plain calls of the object go to the kernel of that name from now on.
  * The kind is "kernel" or "inverse"; parameters are addresses, for each type that there is, or 0. */
 static PyObject *quicken(PyObject *module, PyObject *args)
@@ -439,7 +432,7 @@ static PyObject *quicken(PyObject *module, PyObject *args)
     (void)module;
     if (!PyArg_ParseTuple(args, "OssOO", &self, &name, &kind, &addresses[0], &addresses[1])) return NULL;
     if (PyType_GetSlot(Py_TYPE(self), Py_tp_call) != (void *)call_base) return PyBool_FromLong(0);
-    entry = find_entry(name);
+    entry = kinegen_find_entry(name);
     if (entry == NULL || entry->arrays > MOST_ARRAYS) return PyBool_FromLong(0);
     is_inverse = strcmp(kind, "inverse") == 0;
     if (is_inverse && entry->inputs != 1) return PyBool_FromLong(0);
@@ -447,7 +440,7 @@ static PyObject *quicken(PyObject *module, PyObject *args)
     for (int i = 0; i < 2; ++i) quick->params[i] = PyLong_AsVoidPtr(addresses[i]);
     if (PyErr_Occurred()) return NULL;
     quick->entry = entry;
-    quick->nearest = is_inverse ? find_entry("inverse_nearest") : NULL;
+    quick->nearest = is_inverse ? kinegen_find_entry("inverse_nearest") : NULL;
     quick->call = is_inverse ? call_inverse : call_kernel;
     return PyBool_FromLong(1);
 }
@@ -466,5 +459,3 @@ PyObject *kinegen_with_calls(PyObject *module)
     if (module != NULL && PyModule_AddFunctions(module, functions) != 0) PyErr_Clear();
     return module;
 }
-
-#endif
