@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from kinegen import reference
 from kinegen.errors import RobotFileError
 from kinegen.formats.load import load, loads
 from kinegen.ir.lower import program_of
@@ -19,6 +21,7 @@ from kinegen.pipeline import build
 from kinegen.results import BuildOptions, BuildResult
 from kinegen.robot.extent import reach
 from kinegen.robot.model import Robot
+from kinegen.verify.compared import Judge
 from kinegen.verify.expectation import Expectation, expect
 from kinegen.verify.known import Known
 from kinegen.verify.rounding import rounded_trials
@@ -208,3 +211,27 @@ def test_no_right_linkage_is_refused_however_near_its_dead_centres_it_works(coun
 
                 assert verdict.position_error <= verdict.position_limit, (robot, kind, real)
                 assert verdict.rotation_error <= verdict.rotation_limit, (robot, kind, real)
+
+
+def test_the_same_bits_have_the_same_verdict_and_others_one_of_their_own() -> None:
+    """A kernel called in many ways is judged once for each different result."""
+    points = proof_samples(PUMA)[::400]
+    wanted = expect(Known(PUMA, {"q": points}), Quantity.POSE)
+    judge = Judge(wanted, program_of(PUMA, Quantity.POSE), "double")
+    poses = reference.fk(PUMA, points)
+    off, negative = poses.copy(), np.where(poses == 0, -0.0, poses)
+    off[3, 0, 3] += 1e-3
+
+    first = judge.compare("C double", (poses,), "C double")
+    again = judge.compare("C double, batch", (poses.copy(),), "C double, batch")
+    wrong = judge.compare("C double, batch 3x4", (off,))
+    zeros = judge.compare("C double, batch", (negative,))
+    library = judge.compare("NumPy double", (poses,))
+
+    assert replace(again, target=first.target, row=first.row) == first
+    assert (again.target, again.row) == ("C double, batch", "C double, batch")
+    assert first.holds
+    assert zeros.holds
+    assert not wrong.holds
+    assert wrong.position_error == pytest.approx(1e-3)
+    assert library.position_tolerance >= first.position_tolerance
