@@ -29,7 +29,7 @@ START = 3
 BLOCK = 32_768
 """A longer batch is cut up."""
 
-SHARED = 3 * 4096 + 5
+SHARED = 2 * 4096 + 5
 """Long enough that three threads have something to do."""
 
 _FEW = 0, 1, 2, 17

@@ -9,7 +9,7 @@ have, whereas a real one is off by less, so that the spread is above that of rea
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -55,12 +55,13 @@ def rounded_trials(
         Results of shape (N, outputs), NaN where an angle is beyond what sines are computed of: first as float64 gives
         them, then `TRIALS` times with other roundings.
     """
-    signs = _directions(seed)
+    signs, factors = _directions(seed), _factors(seed, float(real.unit))
     together = max(1, _TOGETHER // max(1, len(inputs)))
+    blocks = [_Block(inputs[start : start + _BLOCK], real) for start in range(0, len(inputs), _BLOCK)]
     for first in range(0, 1 + TRIALS, together):
-        run = _Run(program, parameters, real, signs[first : first + together])
-        blocks = [run.results(inputs[start : start + _BLOCK]) for start in range(0, len(inputs), _BLOCK)]
-        yield from np.concatenate(blocks, axis=1)
+        chosen = slice(first, first + together)
+        run = _Run(program, parameters, real, signs[chosen], factors[chosen])
+        yield from np.concatenate([run.results(block) for block in blocks], axis=1)
 
 
 @lru_cache(maxsize=2)
@@ -72,29 +73,66 @@ def _directions(seed: int) -> FloatArray:
     return signs
 
 
+@lru_cache(maxsize=3)
+def _factors(seed: int, unit: float) -> FloatArray:
+    """What most operations are multiplied by; a long program takes it ten thousand times."""
+    factors: FloatArray = 1 + unit * _directions(seed)
+    factors.flags.writeable = False
+    return factors
+
+
+class _Block:
+    """Some inputs, and what is the same of them in all trials: their own sines and cosines."""
+
+    def __init__(self, inputs: FloatArray, real: NumberType) -> None:
+        self.columns, self.count = np.ascontiguousarray(inputs.T), len(inputs)
+        self._limit = real.angle_limit
+        self._pairs: dict[Operand, tuple[FloatArray, ...]] = {}
+
+    def pair(self, operand: Operand, angle: Any) -> tuple[FloatArray, ...]:
+        """The sine and cosine of an angle; NaN beyond the largest one."""
+        if operand in self._pairs:
+            return self._pairs[operand]
+        near = np.where(np.abs(angle) <= self._limit, angle, np.nan)
+        pair = np.sin(near), np.cos(near)
+        if isinstance(operand, Variable):
+            self._pairs[operand] = pair
+        return pair
+
+
 class _Run:
     """Some evaluations at once; with signs of zero, as float64 rounds."""
 
     def __init__(
-        self, program: Program, parameters: Mapping[str, Fraction], real: NumberType, signs: FloatArray
+        self,
+        program: Program,
+        parameters: Mapping[str, Fraction],
+        real: NumberType,
+        signs: FloatArray,
+        factors: FloatArray,
     ) -> None:
-        self._program, self._parameters, self._real, self._signs = program, parameters, real, signs
+        self._program, self._parameters, self._real = program, parameters, real
+        self._signs, self._factors = signs, factors
         self._unit = float(real.unit)
         self._place = 0
         self._last_use = _last_uses(program)
         self._used = program.used
         self._constants: dict[Constant, Any] = {}
 
-    def results(self, inputs: FloatArray) -> FloatArray:
+    def results(self, block: _Block) -> FloatArray:
         """Results for some inputs, shape (evaluations, N, outputs)."""
         known: dict[str, FloatArray] = {}
-        columns, shape = list(inputs.T), (len(self._signs), len(inputs))
+        columns, shape = block.columns, (len(self._signs), block.count)
         with np.errstate(all="ignore"):
             for place, statement in enumerate(self._program.statements):
                 operands = [self._operand(operand, columns, known) for operand in statement.operands]
-                for name, function in zip(statement.results, _OPERATIONS[statement.operator], strict=True):
+                if statement.operator is Operator.SINCOS:
+                    values = block.pair(statement.operands[0], *operands)
+                else:
+                    values = (_OPERATIONS[statement.operator](*operands),)
+                for name, value in zip(statement.results, values, strict=True):
                     if Temporary(name) in self._used:
-                        known[name] = self._rounded(statement.operator, function(*operands), operands, len(inputs))
+                        known[name] = self._rounded(statement.operator, value, block.count)
                 for name in self._last_use.get(place, ()):
                     del known[name]
             outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
@@ -103,7 +141,7 @@ class _Run:
             results[..., place] = output
         return results
 
-    def _operand(self, operand: Operand, columns: Sequence[FloatArray], known: Mapping[str, FloatArray]) -> Any:
+    def _operand(self, operand: Operand, columns: FloatArray, known: Mapping[str, FloatArray]) -> Any:
         match operand:
             case Temporary(name):
                 return known[name]
@@ -123,18 +161,17 @@ class _Run:
             self._constants[operand] = value
         return self._constants[operand]
 
-    def _rounded(self, operator: Operator, value: Any, operands: Sequence[Any], count: int) -> FloatArray:
-        if operator is Operator.SINCOS:
-            value = np.where(np.abs(operands[0]) <= self._real.angle_limit, value, np.nan)
+    def _rounded(self, operator: Operator, value: Any, count: int) -> FloatArray:
         if operator in _EXACT:
             return np.asarray(value)
         # The directions are a fixed random sequence, read from a place that moves on with every operation.
         self._place = (self._place + 7919) % (_SIGNS - count)
-        signs = self._signs[:, self._place : self._place + count]
+        part = slice(self._place, self._place + count)
         if operator is Operator.SINCOS:
-            return np.asarray(value + max(self._real.sine_error, self._unit) * signs)
-        unit = _ARC_TANGENT * self._unit if operator is Operator.ATAN2 else self._unit
-        return np.asarray(value * (1 + unit * signs))
+            return np.asarray(value + max(self._real.sine_error, self._unit) * self._signs[:, part])
+        if operator is Operator.ATAN2:
+            return np.asarray(value * (1 + _ARC_TANGENT * self._unit * self._signs[:, part]))
+        return np.asarray(value * self._factors[:, part])
 
 
 def _last_uses(program: Program) -> dict[int, list[str]]:
@@ -150,15 +187,14 @@ def _last_uses(program: Program) -> dict[int, list[str]]:
     return found
 
 
-_OPERATIONS: Mapping[Operator, tuple[Any, ...]] = {
-    Operator.ADD: (np.add,),
-    Operator.SUB: (np.subtract,),
-    Operator.MUL: (np.multiply,),
-    Operator.DIV: (np.divide,),
-    Operator.NEG: (np.negative,),
-    Operator.SINCOS: (np.sin, np.cos),
-    Operator.SQRT: (np.sqrt,),
-    Operator.ATAN2: (lambda y, x: np.arctan2(y + 0.0, x + 0.0),),  # zeros have no sign
-    Operator.SELECT_LT: (lambda a, b, x, y: np.where(np.less(a, b), x, y),),
+_OPERATIONS: Mapping[Operator, Callable[..., Any]] = {
+    Operator.ADD: np.add,
+    Operator.SUB: np.subtract,
+    Operator.MUL: np.multiply,
+    Operator.DIV: np.divide,
+    Operator.NEG: np.negative,
+    Operator.SQRT: np.sqrt,
+    Operator.ATAN2: lambda y, x: np.arctan2(y + 0.0, x + 0.0),  # zeros have no sign
+    Operator.SELECT_LT: lambda a, b, x, y: np.where(np.less(a, b), x, y),
 }
-"""For each result of an operator what computes it."""
+"""What computes the result of an operator that has one."""
