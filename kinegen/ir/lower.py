@@ -23,11 +23,9 @@ from kinegen.outputs import Quantity, Signature
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
 from kinegen.symbolic.derive import derive
+from kinegen.symbolic.exact_numbers import exact_number
 from kinegen.symbolic.expressions import IN_SINGLE, Expressions
 from kinegen.symbolic.transforms import EXACT
-
-DIGITS = 150
-_NEGLIGIBLE = Fraction(1, 10**120)
 
 
 @lru_cache(maxsize=256)
@@ -82,6 +80,7 @@ class Lowering:
     parameters: tuple[str, ...]
     values: Values = field(default_factory=Values)
     known: dict[sp.Symbol, Value] = field(default_factory=dict)
+    _constants: dict[sp.Basic, bool] = field(default_factory=dict)
 
     @classmethod
     def of(cls, variables: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol]) -> Lowering:
@@ -102,7 +101,7 @@ class Lowering:
         """The numbered value of an expression, with its sign."""
         if expression.is_Symbol and expression != IN_SINGLE:
             return self.known[expression]
-        if expression.free_symbols <= {IN_SINGLE}:
+        if self._is_constant(expression):
             return self._number(expression)
         if isinstance(expression, sp.Add):
             return self.values.total([self.value(term) for term in sorted(expression.args, key=self._rank)])
@@ -142,7 +141,7 @@ class Lowering:
 
     def _rank(self, expression: sp.Expr) -> tuple[int, ...]:
         """The place of a term or factor among others: by the values in it, whatever sympy's own order is."""
-        if expression.free_symbols <= {IN_SINGLE}:
+        if self._is_constant(expression):
             return (-1,)
         if expression.is_Symbol:
             return (self.known[expression][1],)
@@ -153,15 +152,22 @@ class Lowering:
 
     def _product(self, expression: sp.Mul) -> Value:
         """Constant factors are one constant, so that exact numbers are rounded once."""
-        constant, moving = expression.as_independent(*(expression.free_symbols - {IN_SINGLE}), as_Add=False)
-        factors = [self.value(factor) for factor in sorted(sp.Mul.make_args(moving), key=self._rank)]
-        if constant != 1:
-            factors.append(self._number(constant))
+        moving = [factor for factor in expression.args if not self._is_constant(factor)]
+        factors = [self.value(factor) for factor in sorted(moving, key=self._rank)]
+        if len(moving) < len(expression.args):
+            factors.append(self._number(sp.Mul(*filter(self._is_constant, expression.args))))
         return self.values.product(factors)
+
+    def _is_constant(self, expression: sp.Basic) -> bool:
+        """Whether no variable and no parameter is in an expression; sympy would look through all of it each time."""
+        if (known := self._constants.get(expression)) is None:
+            is_leaf = expression.is_Symbol and expression != IN_SINGLE
+            known = self._constants[expression] = not is_leaf and all(map(self._is_constant, expression.args))
+        return known
 
     def _number(self, expression: sp.Expr) -> Value:
         """A constant, of each number type its own."""
-        if not expression.free_symbols:
+        if not expression.has_xfree({IN_SINGLE}):
             return self.values.constant(exact_number(expression))
         return self.values.constant(*(exact_number(expression.subs(IN_SINGLE, kind)) for kind in (0, 1)))
 
@@ -183,12 +189,3 @@ class Lowering:
         if otherwise != sp.true or not isinstance(condition, (sp.StrictLessThan, sp.StrictGreaterThan)):
             raise KinegenError(f"a kernel cannot evaluate '{expression}': selections are (x, a < b), (y, True)")
         return self.values.select(*(self.value(part) for part in (condition.lts, condition.gts, less, other)))
-
-
-@lru_cache(maxsize=4096)
-def exact_number(expression: sp.Expr) -> Fraction:
-    """The value of a constant expression: exact if rational, else to 150 digits."""
-    if expression.is_Rational:
-        return Fraction(int(expression.p), int(expression.q))
-    digits = Fraction(str(sp.N(expression, DIGITS, maxn=4 * DIGITS)))
-    return Fraction(0) if abs(digits) < _NEGLIGIBLE else digits

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import reduce
+from operator import add, mul
 
 from kinegen.ir.program import Constant, Operator, RuntimeParameter, Variable
 from kinegen.older import StrEnum
@@ -60,7 +61,7 @@ class Values:
     def total(self, terms: Sequence[Value]) -> Value:
         """Add signed values: constants together, the rest in order of first use, a positive one first."""
         constants = [known.times(sign) for sign, known in self._constants(terms)]
-        constant, single = (sum((each.of(kind) for each in constants), Fraction(0)) for kind in (False, True))
+        constant, single = _together(constants, add, Fraction(0))
         moving = sorted((term for term in terms if self._constant(term[1]) is None), key=lambda term: term[1])
         if constant or single or not moving:
             moving.append(self.constant(constant, single))
@@ -74,9 +75,7 @@ class Values:
     def product(self, factors: Sequence[Value]) -> Value:
         """Multiply signed values: constants together, the rest in order of first use."""
         constants = [known.times(sign) for sign, known in self._constants(factors)]
-        constant, single = (
-            math.prod((each.of(kind) for each in constants), start=Fraction(1)) for kind in (False, True)
-        )
+        constant, single = _together(constants, mul, Fraction(1))
         moving = sorted(factor for _, factor in factors if self._constant(factor) is None)
         sign, magnitude = self.constant(constant, single)
         for factor_sign, factor in factors:
@@ -122,3 +121,15 @@ class Values:
             self._numbers[node] = len(self.nodes)
             self.nodes.append(node)
         return self._numbers[node]
+
+
+def _together(
+    constants: Sequence[Constant], combine: Callable[[Fraction, Fraction], Fraction], start: Fraction
+) -> tuple[Fraction, Fraction]:
+    """The sum or product of constants, in double and in single precision; few operations have any."""
+    if not constants:
+        return start, start
+    double = reduce(combine, (each.value for each in constants))
+    if all(each.single is None for each in constants):
+        return double, double
+    return double, reduce(combine, (each.of(True) for each in constants))
