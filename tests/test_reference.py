@@ -11,7 +11,7 @@ import pytest
 
 from kinegen import reference
 from kinegen.formats.load import load, loads
-from kinegen.reference.numbers import digits
+from kinegen.reference.numbers import digit_arrays, digits
 from kinegen.reference.series import Series, in_series
 from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
 from kinegen.robot.model import JointType, Robot
@@ -172,6 +172,19 @@ def test_fifty_digits_are_fifty_digits() -> None:
 
     with mpmath.workdps(reference.DIGITS):
         assert abs(matrix[0, 3] - mpmath.cos(mpmath.mpf("0.5"))) < mpmath.mpf(10) ** -49
+
+
+@pytest.mark.parametrize("last", [(1, 1), (0, 1), (1, 0), (0, 0)])
+def test_transforms_and_their_derivatives_are_multiplied_by_blocks(last: tuple[int, int]) -> None:
+    """Last rows are (0, 0, 0, 1) or, of a derivative, nothing but zeros."""
+    with mpmath.workdps(50):
+        multiply, numbers = digit_arrays().multiply, np.random.default_rng(SEED).uniform(-1, 1, (2, 5, 4, 4))
+        left, right = np.frompyfunc(mpmath.mpf, 1, 1)(numbers)
+        for matrices, entry in zip((left, right), last, strict=True):
+            matrices[:, 3] = (0, 0, 0, entry)
+
+        assert (abs(multiply(left, right) - left @ right) < 1e-48).all()
+        assert (abs(multiply(left[0], right) - left[0] @ right) < 1e-48).all()
 
 
 def test_hayati_is_its_product_of_elementary_transforms() -> None:

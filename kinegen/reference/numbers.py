@@ -100,8 +100,17 @@ def digit_arrays() -> Kind:
         sin=functions["sin"],
         cos=functions["cos"],
         matrix=lambda rows: _stack(rows, object),
-        multiply=np.matmul,
+        multiply=_by_blocks,
     )
+
+
+def _by_blocks(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
+    """The product of two transforms, or of their derivatives, by blocks: zeros take as long as other numbers here."""
+    found = np.empty(np.broadcast_shapes(left.shape, right.shape), dtype=object)
+    found[..., :3, :] = left[..., :3, :3] @ right[..., :3, :]
+    found[..., :3, 3] += left[..., :3, 3] * right[..., 3, 3:]
+    found[..., 3, :] = left[..., 3, 3:] * right[..., 3, :]
+    return found
 
 
 def _unary() -> dict[str, Callable[[Any], Any]]:

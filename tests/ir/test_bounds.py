@@ -300,12 +300,13 @@ def test_an_angle_counts_no_further_than_the_range_of_its_sine() -> None:
 # The arithmetic of bounds ---------------------------------------------------------------------------------------------
 
 
-@given(st.lists(st.fractions(0, 5), max_size=4))
-def test_norms_are_rounded_upwards(vector: list[Fraction]) -> None:
+@given(st.lists(st.fractions(0, 5), max_size=4), st.integers(-60, 60))
+def test_norms_are_rounded_upwards_and_hardly_at_all(vector: list[Fraction], power: int) -> None:
     with localcontext(UPWARDS):
-        found = norm(*map(upper, vector))
+        found = norm(*(upper(entry * Fraction(10) ** power) for entry in vector))
 
-    assert Fraction(found) ** 2 >= sum(entry**2 for entry in vector)
+    exact = sum(entry**2 for entry in vector) * Fraction(10) ** (2 * power)
+    assert exact <= Fraction(found) ** 2 <= exact * (1 + Fraction(1, 10**17))
 
 
 @given(st.fractions(0, 5))

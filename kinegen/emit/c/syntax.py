@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from types import MappingProxyType
 
 from kinegen.emit.c.constants import is_length
@@ -90,6 +90,7 @@ def _named(operand: Operand, text: str, constants: Mapping[Fraction, str]) -> st
     return f"{'-' if operand.value < 0 else ''}{constants[abs(operand.value)]}"
 
 
+@lru_cache(maxsize=4096)
 def _literal(real: Real, constant: Constant) -> str:
     return real.literal(constant.of(real is Real.FLOAT))
 

@@ -17,6 +17,9 @@ import mpmath
 UPWARDS = Context(prec=40, rounding=ROUND_CEILING, Emin=MIN_EMIN, Emax=MAX_EMAX)
 """Upper bounds stay upper bounds. Forty digits make the excess invisible, for doubles too."""
 
+_ROOTS = Context(prec=19, Emin=MIN_EMIN, Emax=MAX_EMAX)
+"""Of square roots, which cost most and the more for each digit. As many digits as one word of the library holds."""
+
 ZERO = Decimal(0)
 ONE = Decimal(1)
 
@@ -71,16 +74,20 @@ class NumberType:
         Raises:
             UnboundedError: If rounding may overflow.
         """
-        if not largest:
-            return ZERO
-        exponent = _exponent(largest)
+        return self._half_ulp(_exponent(largest)) if largest else ZERO
+
+    def _half_ulp(self, exponent: int) -> Decimal:
+        """The same of numbers up to a power of two."""
         if exponent >= self.highest:
             raise UnboundedError
         return max(power_of_two(exponent - 1 - self.precision), self.underflow)
 
     def rounded(self, largest: Decimal) -> Decimal:
         """A bound on what any number up to a magnitude is rounded to; rounding never passes a power of two."""
-        return min(power_of_two(_exponent(largest)), largest + self.half_ulp(largest)) if largest else ZERO
+        if not largest:
+            return ZERO
+        exponent = _exponent(largest)
+        return min(power_of_two(exponent), largest + self._half_ulp(exponent))
 
 
 @cache
@@ -122,7 +129,7 @@ def norm(*entries: Decimal) -> Decimal:
 
 def root(number: Decimal) -> Decimal:
     """The square root; decimal arithmetic rounds it to nearest in every context, hence the step upwards."""
-    return number.sqrt().next_plus() if number else ZERO
+    return _ROOTS.next_plus(_ROOTS.sqrt(number)) if number else ZERO
 
 
 def largest_cosine(low: Fraction, high: Fraction) -> Decimal:
