@@ -10,8 +10,6 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 CHECKED := $(wildcard kinegen tests scripts docs examples benchmarks generated)
 
-ROBOTS := $(sort $(wildcard robots/*.yaml))
-
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
@@ -93,12 +91,8 @@ lint: $(VENV)/.dev ## checks the Python code, the generated one too
 types: $(VENV)/.dev ## checks the types
 	$(BIN)/mypy
 
-robots: $(VENV)/.kinegen ## builds and proves every robot of robots/
-	@mkdir -p build
-	@rm -f build/robots.*.log
-	@printf '%s\n' $(ROBOTS) | xargs -P $(JOBS) -n 10 sh -c '\
-	    log=build/robots.$$$$.log; $(BIN)/kinegen build "$$@" -o build/robots >$$log 2>&1 || { cat $$log; exit 1; }' build
-	@echo "$(words $(ROBOTS)) robots are built and proven; build/robots.*.log have the reports"
+robots: $(VENV)/.kinegen ## builds and proves the robots of robots/
+	@$(BIN)/python scripts/robots.py --jobs $(JOBS) $(ROBOTS_OPTIONS)
 
 generated: $(VENV)/.kinegen ## rewrites generated/: some packages, and the digests of what every robot gives
 	$(BIN)/python scripts/generated.py
