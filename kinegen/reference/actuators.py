@@ -46,6 +46,7 @@ class Actuation:
         with mpmath.workdps(DIGITS):
             rows = np.atleast_2d(np.asarray(readings, dtype=object if exact else WIDE if wide else np.float64))
             self.readings: Numbers = np.frompyfunc(mpmath.mpf, 1, 1)(rows) if exact else rows
+        self._jacobians: dict[tuple[str, Reference], Numbers] = {}
 
     @cached_property
     def joints(self) -> Numbers:
@@ -72,9 +73,10 @@ class Actuation:
 
     def jacobian(self, frame: str, reference: Reference = TIP) -> Numbers:
         """Velocities of a frame at unit rates of the readings, shape (N, 6, number of actuators)."""
-        with mpmath.workdps(DIGITS):
-            found: Numbers = self.motion.jacobian(frame, reference) @ self.rates
-        return found
+        if (frame, reference) not in self._jacobians:
+            with mpmath.workdps(DIGITS):
+                self._jacobians[frame, reference] = self.motion.jacobian(frame, reference) @ self.rates
+        return self._jacobians[frame, reference]
 
     def _stacked(self, columns: list[Any]) -> Numbers:
         shape = len(self.readings)
