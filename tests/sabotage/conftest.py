@@ -30,17 +30,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("markexpr") != "sabotage" or config.getoption("--every-attempt"):
+    if config.getoption("markexpr") != "sabotage" or config.getoption("--every-attempt", default=False):
         return
     if not PASSED.exists() or PASSED.read_text(encoding="utf-8").strip() != _sources():
         return
-    left_out = [
-        item
-        for item in items
-        if item.nodeid.startswith(FOLDER) and "[" in item.nodeid and not sources.is_in_sample(item.nodeid, _sources())
-    ]
+    left_out = [item for item in items if not _is_tried(item.nodeid)]
     config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item in items if item not in set(left_out)]
+    items[:] = [item for item in items if _is_tried(item.nodeid)]
+
+
+def _is_tried(name: str) -> bool:
+    """Whether a test is made although its sources have not changed."""
+    return not name.startswith(FOLDER) or "[" not in name or sources.is_in_sample(name, _sources())
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
