@@ -26,6 +26,13 @@ def test_the_list_names_tests_that_exist() -> None:
         assert not function or re.search(rf"^ *def {name}\(", text, re.MULTILINE), line
 
 
+def test_other_targets_run_what_make_test_leaves_out() -> None:
+    expression = re.search(r'"-m", "(.+?)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+    assert expression
+    assert sorted(re.findall(r"not (\w+)", expression[1])) == sorted([*slow.ELSEWHERE, "slow"])
+
+
 def test_a_recorded_test_is_slow_by_its_mean_or_by_what_its_file_sets_up(tmp_path: Path) -> None:
     recorder = slow.Recorder(tmp_path / "slow.txt")
     for report in (
