@@ -33,8 +33,8 @@ from kinegen.emit.reals import Real
 from kinegen.errors import KinegenError, MissingToolError
 from kinegen.formats.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.ir.plain import plain_program
-from kinegen.ir.program import AngleSum, Program, count
+from kinegen.ir.plain import plain_count
+from kinegen.ir.program import AngleSum, Count, Program, count
 from kinegen.naming import EXTENSION
 from kinegen.native.compile import Extension
 from kinegen.native.package import build_extension, interface_of
@@ -88,7 +88,7 @@ def build(
             family = recognise(robot)
             require_arm(robot, options.package, family.reasons if isinstance(family, Unknown) else ())
         detail.append(f"{len(robot.rows)} rows, {robot.dof} joint variables")
-    kernels, (plain,) = _programs(robot, options.quantities, clock, plain_program)
+    kernels, (plain,) = _programs(robot, options.quantities, clock, plain_count)
     folder = options.output / robot.name
     with clock.stage("vectors") as detail:
         bundle = bundle_of(kernels, integers=options.integers)
@@ -103,7 +103,7 @@ def build(
     return BuildResult(
         robot=robot,
         counts={program.quantity: count(program) for program in kernels.programs},
-        plain=count(plain),
+        plain=plain,
         angles=_angles(robot, kernels.programs),
         folder=folder,
         written=written,
@@ -160,9 +160,9 @@ def lower_robot(robot: Robot, quantities: tuple[Quantity, ...]) -> Kernels:
 
 
 def _programs(
-    robot: Robot, quantities: tuple[Quantity, ...], clock: _Clock, *compared: Callable[[Robot], Program]
-) -> tuple[Kernels, tuple[Program, ...]]:
-    """The robot with its programs, and other ones, which are for comparison."""
+    robot: Robot, quantities: tuple[Quantity, ...], clock: _Clock, *compared: Callable[[Robot], Count]
+) -> tuple[Kernels, tuple[Count, ...]]:
+    """The robot with its programs, and the operations of other ones, which are for comparison."""
     wanted = with_needed(quantities)
     with clock.stage("derive") as detail:
         expressions = [derive(robot, quantity) for quantity in clock.each("derive", wanted)]

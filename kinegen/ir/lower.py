@@ -16,9 +16,9 @@ import sympy as sp
 
 from kinegen.errors import KinegenError
 from kinegen.ir.names import name_values
-from kinegen.ir.program import Operator, Program
-from kinegen.ir.signs import absorb_signs
-from kinegen.ir.values import Half, Value, Values
+from kinegen.ir.program import Count, Operator, Program, counted
+from kinegen.ir.signs import absorb_signs, live_values
+from kinegen.ir.values import Half, Node, Value, Values
 from kinegen.outputs import Quantity, Signature
 from kinegen.robot.expressions import evaluate
 from kinegen.robot.model import Robot
@@ -96,6 +96,19 @@ class Lowering:
         """The program of some values: order, signs and names are decided here."""
         values, numbers = absorb_signs(self.values, outputs)
         return name_values(values, numbers, signature=signature, parameters=self.parameters)
+
+    def count(self, outputs: Sequence[Value]) -> Count:
+        """The operations of that program, of which nothing is ordered or named."""
+        values, numbers = absorb_signs(self.values, outputs)
+        operators: list[Operator] = []
+        angles = set()
+        for number in live_values(values, numbers):
+            match values.nodes[number]:
+                case Node(Half(), (angle,)):
+                    angles.add(angle)
+                case Node(Operator() as operator):
+                    operators.append(operator)
+        return counted([*operators, *[Operator.SINCOS] * len(angles)])
 
     def value(self, expression: sp.Expr) -> Value:
         """The numbered value of an expression, with its sign."""

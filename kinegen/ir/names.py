@@ -22,6 +22,7 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
+from kinegen.ir.signs import live_values
 from kinegen.ir.values import Half, Node, Values
 from kinegen.outputs import Signature
 
@@ -80,11 +81,11 @@ class _Naming:
         The pairs come first because each is a call in C: whatever waits across a call costs stack. Pairs of angles that
         depend on other pairs come after those, with what leads to them.
         """
-        live = self._needed(outputs)
+        live = set(live_values(self.values, outputs))
         trigonometric = [number for number in sorted(live) if isinstance(self._operator(number), Half)]
         for angle in sorted({self._node(number).operands[0] for number in trigonometric}, key=self._angle_key):
             self._add_angle(angle)
-        early = self._needed(trigonometric)
+        early = set(live_values(self.values, trigonometric))
         rank = {angle: place for place, angle in enumerate(self.angles)}
         pairs = sorted(
             trigonometric,
@@ -146,14 +147,6 @@ class _Naming:
         """A value as an operand."""
         node = self.nodes[number]
         return Temporary(self.names[number]) if isinstance(node, Node) else node
-
-    def _needed(self, roots: Sequence[int]) -> set[int]:
-        needed = set(roots)
-        for number in range(max(needed, default=-1), -1, -1):
-            node = self.nodes[number]
-            if number in needed and isinstance(node, Node):
-                needed.update(node.operands)
-        return needed
 
     def _add_angle(self, number: int) -> None:
         angle = self._angle(number)

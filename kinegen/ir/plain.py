@@ -5,25 +5,24 @@ from __future__ import annotations
 from fractions import Fraction
 
 from kinegen.ir.lower import Lowering
-from kinegen.ir.program import Program
+from kinegen.ir.program import Count
 from kinegen.ir.values import Value
-from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.symbolic.plain import Rows, link_matrices
-from kinegen.symbolic.signatures import joint_array, joint_symbols, parameter_symbols, pose_array, signature
+from kinegen.symbolic.signatures import joint_symbols, parameter_symbols
 from kinegen.symbolic.transforms import symbols
 
 Numbers = tuple[tuple[Value, ...], ...]
 
 
-def plain_program(robot: Robot) -> Program:
-    """The pose of every tip as a product of link matrices, what one gets without folding.
+def plain_count(robot: Robot) -> Count:
+    """The cost of the pose of every tip as a product of link matrices, what one gets without folding.
 
     Args:
         robot: The robot.
 
     Returns:
-        A program with twelve outputs for each tip, in which equal operations are one.
+        The operations of a program with twelve outputs for each tip, in which equal operations are one.
     """
     names = symbols(robot, keep_parameters=False)
     lowering = Lowering.of(joint_symbols(robot, names), parameter_symbols(robot, names))
@@ -35,8 +34,7 @@ def plain_program(robot: Robot) -> Program:
             lowering.number_angles(entry for row in rows for entry in row)
             product = _times(lowering, product, rows)
         outputs += [entry for row in product for entry in row]
-    of = signature(robot, Quantity.POSE, (joint_array(robot),), pose_array(robot, Quantity.POSE))
-    return lowering.program(outputs, of)
+    return lowering.count(outputs)
 
 
 def _times(lowering: Lowering, left: Numbers, rows: Rows) -> Numbers:

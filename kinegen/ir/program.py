@@ -7,6 +7,7 @@ same time for every input.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -276,7 +277,11 @@ def _check_uses(program: Program) -> None:
 
 def count(program: Program) -> Count:
     """Count the operations; a sine and a cosine of one angle are one operation."""
-    operators = [statement.operator for statement in program.statements]
+    return counted([statement.operator for statement in program.statements])
+
+
+def counted(operators: Sequence[Operator]) -> Count:
+    """Count operations; see `count`."""
     return Count(
         multiplications=operators.count(Operator.MUL),
         additions=operators.count(Operator.ADD) + operators.count(Operator.SUB),

@@ -36,7 +36,7 @@ def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list
     Returns:
         New values, and the number of each output among them.
     """
-    live = _live(values, outputs)
+    live = live_values(values, [number for _, number in outputs])
     wanted = (*outputs, *_strict_operands(values, live))
     search = _Search(
         values, tuple(outputs), live, wanted, _users(values, live), _signs_wanted(wanted), _angles(values, live)
@@ -56,8 +56,9 @@ def absorb_signs(values: Values, outputs: Sequence[Value]) -> tuple[Values, list
     return _rebuild(search, signs)
 
 
-def _live(values: Values, outputs: Sequence[Value]) -> tuple[int, ...]:
-    needed = {number for _, number in outputs}
+def live_values(values: Values, outputs: Sequence[int]) -> tuple[int, ...]:
+    """The values that lead to some outputs, these included, in ascending order."""
+    needed = set(outputs)
     for number in range(len(values.nodes) - 1, -1, -1):
         node = values.nodes[number]
         if number in needed and isinstance(node, Node):

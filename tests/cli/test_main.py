@@ -157,7 +157,7 @@ def test_ctrl_c_that_a_library_swallows_ends_the_build_all_the_same(
         with contextlib.suppress(BaseException):
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr("kinegen.pipeline.plain_program", swallowing)
+    monkeypatch.setattr("kinegen.pipeline.plain_count", swallowing)
     before = signal.getsignal(signal.SIGINT)
 
     assert main(["build", str(ROBOTS / "scara.yaml"), "-o", str(tmp_path / "out"), "--no-compile"]) == 130

@@ -96,7 +96,7 @@ class _Made:
     def programs(self) -> Any:
         clock = builds._Clock(self.path, lambda _: None)
         robot = builds._load(self.path, self.options.wrt)
-        return builds._programs(robot, self.options.quantities, clock, builds.plain_program)
+        return builds._programs(robot, self.options.quantities, clock, builds.plain_count)
 
     @cached_property
     def bundle(self) -> texts.Bundle:
