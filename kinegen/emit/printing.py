@@ -17,6 +17,12 @@ from kinegen.ir.fixed.program import Integer
 from kinegen.ir.program import Constant, RuntimeParameter, Temporary, Variable
 from kinegen.older import StrEnum
 
+_MANY = 64
+"""Programs of so many statements give temporaries back: of a block of rows, they would be more than a cache holds."""
+
+_TOGETHER = 16
+"""Temporaries that one line gives back."""
+
 Op = TypeVar("Op", bound=StrEnum)
 """The operators of a program: `Operator`, or those of integers."""
 
@@ -85,6 +91,8 @@ class Syntax(Generic[Op]):
         unused: The name of a sine or cosine that nothing uses, with `{name}`.
         identifier: A name of the robot file as this language allows it.
         heading: The lines before a section, from its title; the first one is blank.
+        release: In long programs, the line that gives back temporaries nothing reads any more, with `{names}`; empty
+            where a language needs none.
     """
 
     language: str
@@ -99,6 +107,7 @@ class Syntax(Generic[Op]):
     unused: str = "{name}"
     identifier: Callable[[str], str] = str
     heading: Callable[[str], tuple[str, ...]] = _untitled
+    release: str = ""
 
 
 Revise = Callable[[Any, tuple[str, ...]], tuple[str, ...]]
@@ -183,19 +192,35 @@ class Printer(Generic[Op]):
         used = read | _names(program.outputs)
         lines: list[str] = []
         groups: list[tuple[str, Sequence[Any]]] = [(part.title, part.statements) for part in parts]
+        released = self._released(program)
         for title, statements in groups or [("", program.statements)]:
             lines += self.syntax.heading(title) if parts else ()
             for statement in statements:
                 if self.is_direct and stores[statement.results[0]] and read.isdisjoint(statement.results):
                     lines += self._stores(stores[statement.name], self._value(statement))
-                    continue
-                lines += self.statement(statement, used)
-                for name in statement.results:
-                    lines += self._stores(stores[name], name)
+                else:
+                    lines += self.statement(statement, used)
+                    lines += (line for name in statement.results for line in self._stores(stores[name], name))
+                lines += released.get(statement.results[0], ())
         if parts and (last or rows):
             lines += self.syntax.heading(FIXED)
         body = (*lines, *last, *rows)
         return body[1:] if body and not body[0] else body  # no blank line at the beginning
+
+    def _released(self, program: Code[Op]) -> dict[str, tuple[str, ...]]:
+        """The lines that give back temporaries, by the first result of the statement that they follow."""
+        if not self.syntax.release or len(program.statements) < _MANY:
+            return {}
+        last: dict[str, int] = {}
+        for place, statement in enumerate(program.statements):
+            last |= {each.name: place for each in statement.operands if isinstance(each, Temporary)}
+        kept = _names(program.outputs)
+        names = sorted((name for name in last if name not in kept), key=last.__getitem__)
+        together = [names[start : start + _TOGETHER] for start in range(0, len(names), _TOGETHER)]
+        return {
+            program.statements[last[some[-1]]].results[0]: (self.syntax.release.format(names=", ".join(some)),)
+            for some in together
+        }
 
     def _stores(self, places: Sequence[str], value: str) -> list[str]:
         return [self.syntax.store.format(place=place, value=value) for place in places]

@@ -62,6 +62,7 @@ SYNTAX = Syntax(
     unused="_",
     identifier=python_identifier,
     heading=_heading,
+    release="del {names}",
 )
 
 

@@ -1,0 +1,48 @@
+"""The NumPy form of a long program gives arrays back as soon as nothing reads them any more."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarks.rows import arm
+from kinegen.emit.kernels import Kernels
+from kinegen.emit.python.formula import emit_formula
+from kinegen.formats.load import loads
+from kinegen.ir.lower import lower
+from kinegen.outputs import Quantity
+from kinegen.symbolic.derive import derive
+from tests.emit.emitted import robot
+
+
+def formula(kernels: Kernels) -> list[ast.stmt]:
+    """The statements of the only formula."""
+    tree = ast.parse(emit_formula(kernels)["_numpy.py"])
+    (found,) = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "fk")
+    return found.body
+
+
+def names(statement: ast.stmt, kind: type[ast.expr_context]) -> Iterator[str]:
+    return (node.id for node in ast.walk(statement) if isinstance(node, ast.Name) and isinstance(node.ctx, kind))
+
+
+@pytest.mark.parametrize("rows", [24, 64])
+def test_a_long_chain_holds_few_arrays_besides_its_sines_and_cosines(rows: int) -> None:
+    long = loads(arm(rows), "long.yaml")
+    held, most = set[str](), 0
+    for statement in formula(Kernels(long, (lower(derive(long, Quantity.POSE)),), ())):
+        assert held >= {name for name in names(statement, ast.Load) if name.startswith("t")}
+        held -= set(names(statement, ast.Del))
+        held |= set(names(statement, ast.Store))
+        most = max(most, len(held))
+
+    assert most < 2 * rows + 64
+
+
+def test_a_short_program_reads_as_before() -> None:
+    short = robot("scara")
+    statements = formula(Kernels(short, (lower(derive(short, Quantity.POSE)),), ()))
+
+    assert not any(isinstance(statement, ast.Delete) for statement in statements)
