@@ -41,11 +41,10 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2, help="processes at a time")
     options = parser.parse_args()
     now = sources.digest(["scripts/robots.py"], ["kinegen.cli.build"])
-    is_known = PROVEN.exists() and PROVEN.read_text(encoding="utf-8").strip() == now
 
     # All of them, or a sample that another change of the sources makes another one.
     robots = sorted((ROOT / "robots").glob("*.yaml"))
-    is_sample = is_known and not options.every
+    is_sample = sources.is_recorded(PROVEN, now) and not options.every
     paths = [path for path in robots if not is_sample or sources.is_in_sample(path.stem, now)]
     OUTPUT.parent.mkdir(exist_ok=True)
     for log in OUTPUT.parent.glob("robots.*.log"):

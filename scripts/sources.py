@@ -1,7 +1,7 @@
 """One digest of all that decides a result, so that what has not changed need not be made again as a whole.
 
-That are the files that are named, the modules of kinegen that these import, directly or through others, the templates,
-the robots, and the versions of the libraries.
+That are the files that are named, the modules of kinegen, its tests and its benchmarks that these import, directly or
+through others, the templates, the robots, and the versions of the libraries.
 """
 
 from __future__ import annotations
@@ -19,10 +19,23 @@ ROOT = Path(__file__).resolve().parent.parent
 ALWAYS = ("templates", "robots", "kinegen/native", "kinegen/formats/yaml", "scripts/sources.py")
 """What is read as text or found by its name; `native` holds modules that packages take as they are."""
 
+OURS = ("kinegen", "tests", "benchmarks")
+"""Packages whose modules are followed."""
+
 DIGITS = 16
 
 SHARE = 7
 """Of results whose sources have not changed one in so many is tried."""
+
+
+def is_recorded(record: Path, now: str) -> bool:
+    """Whether a file holds the digest of the present sources: with these, everything was tried before.
+
+    Args:
+        record: The file; it need not exist.
+        now: The digest of the present sources.
+    """
+    return record.exists() and record.read_text(encoding="utf-8").strip() == now
 
 
 def is_in_sample(name: str, sources: str) -> bool:
@@ -39,7 +52,7 @@ def digest(places: Iterable[str], modules: Iterable[str] = (), root: Path = ROOT
     """The digest, cut to 16 digits.
 
     Args:
-        places: Files and folders that count, with all modules of kinegen that the Python files among them import.
+        places: Files and folders that count, with all our modules that the Python files among them import.
         modules: Further modules, such as those of a command.
         root: The top of the repository.
     """
@@ -53,10 +66,10 @@ def digest(places: Iterable[str], modules: Iterable[str] = (), root: Path = ROOT
 
 
 def imported(modules: Iterable[str], root: Path = ROOT) -> set[Path]:
-    """The files of kinegen that are read when modules are imported and used, imports in functions included.
+    """The files of ours that are read when modules are imported and used, imports in functions included.
 
     Args:
-        modules: Their names; what is not a module of kinegen has no file here.
+        modules: Their names; what is not a module of ours has no file here.
         root: The top of the repository.
     """
     found, waiting = set[Path](), list(modules)
@@ -70,8 +83,8 @@ def imported(modules: Iterable[str], root: Path = ROOT) -> set[Path]:
 
 
 def _file(name: str, root: Path) -> Path | None:
-    """The file of a module, None for what is not a module of kinegen."""
-    if name.partition(".")[0] != "kinegen":
+    """The file of a module, None for what is not a module of ours."""
+    if name.partition(".")[0] not in OURS:
         return None
     place = root.joinpath(*name.split("."))
     return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)

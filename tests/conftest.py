@@ -15,6 +15,7 @@ from kinegen.native.compiler import Compiler
 from tests import slow
 from tests.builds.workshop import ARM, make, set_machine, write_robot
 from tests.objects import remembering
+from tests.sampled import sample_of
 
 # A red run has to be red again when somebody looks into it. To search further, now and then:
 # HYPOTHESIS_PROFILE=explore make test
@@ -24,12 +25,16 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """With `--record-slow` the list of slow tests is written anew."""
+    """With `--record-slow` the list of slow tests is written anew; with `--every` no test is left out of a sample."""
+    parser.addoption("--every", action="store_true", help="try tests again that passed with the same sources before")
     parser.addoption("--record-slow", action="store_true", help="time the tests, and write tests/slow.txt")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The process that hears of all tests records them."""
+    """The process that hears of all tests records them; marks with a record have a plugin."""
+    sample = sample_of(config)
+    if sample is not None:
+        config.pluginmanager.register(sample)
     if config.getoption("--record-slow") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(slow.Recorder())
 
