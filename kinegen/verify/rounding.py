@@ -171,7 +171,10 @@ class _Run:
             return np.asarray(value + max(self._real.sine_error, self._unit) * self._signs[:, part])
         if operator is Operator.ATAN2:
             return np.asarray(value * (1 + _ARC_TANGENT * self._unit * self._signs[:, part]))
-        return np.asarray(value * self._factors[:, part])
+        factors = self._factors[:, part]
+        # The array was made for this statement alone, and is of use as it is if all trials are in it.
+        moved: FloatArray = np.multiply(value, factors, out=value if np.shape(value) == factors.shape else None)
+        return moved
 
 
 def _last_uses(program: Program) -> dict[int, list[str]]:

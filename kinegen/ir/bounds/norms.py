@@ -70,23 +70,36 @@ class Norms:
         """Bound of the 2-norm of the exact values of a group."""
         if len(group) < 2:
             return self.singles[group[0]].exact if group else ZERO
-        group = tuple(sorted(group))
-        if group not in self._exact:
+        known = self._exact.get(group)
+        if known is None:
+            group = tuple(sorted(group))
+            known = self._exact.get(group)
+        if known is None:
             self._depth += 1
-            self._exact[group] = min(self._exact_bounds(group)) if self._is_near(group) else self._apart_exact(group)
+            known = min(self._exact_bounds(group)) if self._is_near(group) else self._apart_exact(group)
+            self._exact[group] = known
             self._depth -= 1
-        return self._exact[group]
+        return known
 
     def error(self, group: Group) -> Decimal:
         """Bound of the 2-norm of the errors of a group."""
-        group = tuple(sorted(number for number in group if self.singles[number].error))
+        known = self._error.get(group)
+        if known is None:
+            present = tuple(sorted([number for number in group if self.singles[number].error]))
+            known = self._error[group] = self._error_of(present)
+        return known
+
+    def _error_of(self, group: Group) -> Decimal:
+        """The same of values in ascending order that all have an error."""
         if len(group) < 2:
             return self.singles[group[0]].error if group else ZERO
-        if group not in self._error:
+        known = self._error.get(group)
+        if known is None:
             self._depth += 1
-            self._error[group] = min(self._error_bounds(group)) if self._is_near(group) else self._apart_error(group)
+            bounds = self._error_bounds(group) if self._is_near(group) else (self._apart_error(group),)
+            known = self._error[group] = min(bounds)
             self._depth -= 1
-        return self._error[group]
+        return known
 
     def computed(self, group: Group) -> Decimal:
         """Bound of the 2-norm of the computed values of a group."""

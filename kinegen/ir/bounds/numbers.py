@@ -124,6 +124,9 @@ def norm(*entries: Decimal) -> Decimal:
     present = [entry for entry in entries if entry]
     if len(present) < 2:
         return present[0] if present else ZERO
+    if len(present) == 2:  # most of them
+        first, second = present
+        return root(first * first + second * second)
     return root(sum((entry * entry for entry in present), ZERO))
 
 
