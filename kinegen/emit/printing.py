@@ -216,11 +216,10 @@ class Printer(Generic[Op]):
             last |= {each.name: place for each in statement.operands if isinstance(each, Temporary)}
         kept = _names(program.outputs)
         names = sorted((name for name in last if name not in kept), key=last.__getitem__)
-        together = [names[start : start + _TOGETHER] for start in range(0, len(names), _TOGETHER)]
-        return {
-            program.statements[last[some[-1]]].results[0]: (self.syntax.release.format(names=", ".join(some)),)
-            for some in together
-        }
+        full = [names[start : start + _TOGETHER] for start in range(0, len(names) - _TOGETHER + 1, _TOGETHER)]
+        ends = {last[some[-1]]: (self.syntax.release.format(names=", ".join(some)),) for some in full}
+        ends.pop(len(program.statements) - 1, None)  # what follows is the end
+        return {program.statements[place].results[0]: lines for place, lines in ends.items()}
 
     def _stores(self, places: Sequence[str], value: str) -> list[str]:
         return [self.syntax.store.format(place=place, value=value) for place in places]
