@@ -429,6 +429,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t16 = base_T_tool[9] * base_T_tool[9]
     t17 = t16 + t15
     t18 = t17 - 1.0
+    del t0, t1, t3, t2, t4, t6, t7, t9, t8, t10, t11, t13, t14, t16, t15, t17
     t19 = t18 * t18
     t20 = t12 + t19
     t21 = base_T_tool[0] * base_T_tool[1]
@@ -444,6 +445,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t31 = base_T_tool[10] - t30
     t32 = t31 * t31
     t33 = t32 + t27
+    del t18, t12, t19, t21, t22, t24, t23, t25, t26, t20, t28, t29, t30, t31, t32, t27
     t34 = base_T_tool[4] * base_T_tool[9]
     t35 = base_T_tool[5] * base_T_tool[8]
     t36 = t34 - t35
@@ -463,6 +465,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t48 = base_T_tool[3] - t47
     t49 = base_T_tool[6] * 0.07719
     t50 = base_T_tool[7] - t49
+    del t34, t35, t36, t37, t38, t33, t40, t41, t42, t43, t44, t39, t45, t5, t47, t49
     t51 = base_T_tool[10] * 0.07719
     t52 = base_T_tool[11] - t51
     t53 = t52 - 0.06858
@@ -491,6 +494,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t72 = np.where(t57 < (1e-12 if single else 1e-20), 1.0, t71)
     t73 = base_T_tool[6] * t70
     t74 = np.where(t57 < (1e-12 if single else 1e-20), 0.0, t73)
+    del t51, t52, t55, t56, t58, t60, t62, t61, t64, t66, t68, t63, t69, t71, t70, t57
     t75 = np.where(t65 < t59, t72, t48)
     t76 = np.where(t65 < t59, t74, t50)
     t77 = np.where(t65 < t59, 1.0, t67)
@@ -507,6 +511,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t88 = base_T_tool[2] * t80
     t89 = base_T_tool[6] * t79
     t90 = t88 - t89
+    del t73, t72, t74, t65, t59, t77, t78, t48, t50, t81, t82, t83, t54, t85, t88, t89
     t91 = t90 * t90
     t92 = np.where(t91 < (1e-10 if single else 1e-12), t91.dtype.type(1.0), t91.dtype.type(0.0))
     t93 = np.where(t84 < (5.30571042e-12 if single else 5.30571042e-14), t92, 0.0)
@@ -524,6 +529,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t103 = t98 + t102
     t104 = base_T_tool[10] * t103
     t105 = t104 - t97
+    del t90, t91, t84, t92, t46, t93, t87, t95, t79, t100, t99, t80, t98, t102, t103, t104
     t106 = t86 * 19.18892784740154
     t107 = t86 + 0.009962496
     t108 = t106 - 2.0181089442858653
@@ -542,6 +548,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     # Square roots and arc tangents
     t120 = _atan2(t76, t75)
     t121 = _atan2(t105, t101)
+    del t97, t86, t106, t108, t109, t112, t114, t115, t94, t107, t110, t117, t118, t75, t76, t105
     t122 = _atan2(t53, t67)
     t123 = _atan2(base_T_tool[10], t96)
     t124 = _sqrt(t119)
@@ -566,6 +573,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t137 = t136 - 6.283185307179586
     t138 = np.where(t136 > 3.141592653589793, t137, t136)
     t139 = t136 - 3.141592653589793
+    del t101, t53, t67, t96, t119, t126, t128, t129, t127, t131, t124, t111, t125, t113, t137, t136
     t140 = 6.283185307179586 + t138
     t141 = np.where(t138 < -3.141592653589793, t140, t138)
     t142 = t123 + t133
@@ -585,6 +593,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t154 = np.where(t152 < -3.141592653589793, t153, t152)
     t155 = 6.283185307179586 + t154
     t156 = np.where(t154 < -3.141592653589793, t155, t154)
+    del t138, t140, t123, t142, t144, t143, t134, t122, t146, t149, t150, t151, t152, t153, t154, t155
     t157 = 6.283185307179586 + t147
     t158 = -t147
     t159 = np.where(t158 > 3.141592653589793, t157, t147)
@@ -603,6 +612,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t172 = 6.283185307179586 + t139
     t173 = -t139
     t174 = np.where(t173 > 3.141592653589793, t172, t139)
+    del t158, t157, t147, t159, t161, t162, t164, t165, t166, t167, t168, t169, t170, t139, t173, t172
     t175 = -t174
     t176 = 6.283185307179586 + t145
     t177 = -t145
@@ -622,6 +632,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t189 = 6.283185307179586 + t148
     t190 = -t148
     t191 = np.where(t190 > 3.141592653589793, t189, t148)
+    del t174, t145, t177, t176, t178, t180, t179, t181, t182, t183, t184, t185, t160, t187, t148, t190
     t192 = 6.283185307179586 + t191
     t193 = -t191
     t194 = np.where(t193 > 3.141592653589793, t192, t191)

@@ -225,6 +225,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
 
     # thumb_4, index_spread and 11 more: rotation and position
     t4 = c4 * 32.0
+    del t0, t1, t2, t3, q4_5, q7_8, qu1, q10_11, qu2, qu3, q13_14, qu4, qu5, q16_17, qu6, c4
     t5 = s4 * 32.0
     t6 = c7 * 43.0
     t7 = c7_8 * 25.0
@@ -247,6 +248,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t24 = c16 * 34.0
     t25 = c16_17 * 20.0
     t26 = s16 * 34.0
+    del s4, c7, c7_8, s7, s7_8, c10, c10_11, s10, s10_11, c13, c13_14, s13, s13_14, c16, c16_17, s16
     t27 = s16_17 * -20.0
     t28 = su5 * cu6
     t29 = cu5 * su6
@@ -274,6 +276,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t49 = t48 + t5
     t50 = s3 * c4_5
     t51 = c3 * c4_5
+    del s16_17, cu1, t33, t6, t7, t34, cu2, t39, t12, t13, t40, t46, t4, t48, t5, c4_5
     t52 = s3 * t47
     t53 = c3 * t47
     t54 = t53 + 45.0
@@ -293,6 +296,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t66 = t65 - t63
     t67 = c2 * t49
     t68 = t64 + t67
+    del t47, t53, s3, s4_5, t59, t57, t51, t61, t58, t54, s2, t65, t63, c2, t49, t64
     t69 = c1 * c3
     t70 = s1 * c3
     t71 = s1 * t55
@@ -309,6 +313,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t82 = s1 * t52
     t83 = s1 * t66
     t84 = t83 - t81
+    del t67, c3, t71, t69, t55, t70, t73, t60, t75, t77, t50, t76, t79, t52, s1, t83
     t85 = c1 * t66
     t86 = t82 + t85
     t87 = t74 * 0.8660254037844386
@@ -323,6 +328,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t96 = t95 - t93
     t97 = t62 * -0.8660254037844386
     t98 = t97 - t94
+    del t81, c1, t66, t82, t85, t74, t89, t87, t56, t91, t88, t80, t95, t93, t62, t97
     t99 = t86 * 0.8660254037844386
     t100 = t86 * 0.5
     t101 = t68 * 0.5
@@ -339,6 +345,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t112 = 0.5 * t96
     t113 = t78 * 0.5
     t114 = t111 - t113
+    del t94, t86, t99, t101, t68, t100, t103, t90, t105, t107, t72, t106, t109, t96, t111, t113
     t115 = t78 * 0.8660254037844386
     t116 = t115 - t112
     t117 = 0.8660254037844386 * t102
@@ -360,6 +367,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t131 = t125 - t130
     t132 = t108 * t116
     t133 = t132 - t127
+    del t78, t115, t112, t102, t119, t117, t120, t84, t122, t118, t123, t128, t126, t125, t130, t132
     t134 = su1 * 20.0
     t135 = t134 + t8
     t136 = t9 - t135
@@ -374,6 +382,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t145 = su2 * 22.0
     t146 = t145 + t14
     t147 = t15 - t146
+    del t127, t134, t8, t9, t135, t137, su1, t139, s6, t35, t141, t142, t145, t14, t15, t146
     t148 = c9 * su2
     t149 = -t148
     t150 = s9 * su2
@@ -393,6 +402,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t162 = -18.0 - t161
     t163 = su3 * t158
     t164 = t163 + 88.0
+    del t148, su2, t150, s9, t41, t152, t153, t156, t18, t19, t157, cu4, t159, t161, t158, t163
     t165 = su3 * su4
     t166 = -t165
     t167 = su4 * 21.0
@@ -411,6 +421,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     # little_spread, little_1 and little_2: rotation and position
     t179 = su5 * su6
     t180 = -t179
+    del t165, su4, t167, t20, t21, t168, t170, t24, t25, t171, cu6, t173, t175, t172, t177, t179
     t181 = su6 * 18.0
     t182 = t181 + t26
     t183 = t27 - t182
@@ -567,6 +578,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t38 = s1 * -0.75
     t39 = c1 * 0.5
     t40 = t38 - t39
+    del t0, t1, t2, t3, q4_5, q7_8, qu1, q10_11, qu2, qu3, q13_14, qu4, qu5, q16_17, qu6, t38
     t41 = -t39
     t42 = s1 * 0.5
     t43 = c1 * 0.75
@@ -596,6 +608,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t65 = -t64
     t66 = s2 * -0.8660254037844386
     t67 = s2 * t39
+    del t43, s1, t47, t45, c1, t46, t49, t51, t52, t56, t54, t60, t59, t63, t62, s2
     t68 = c2 * t39
     t69 = t66 - t68
     t70 = c2 * 0.8660254037844386
@@ -621,6 +634,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t88 = t87 - t85
     t89 = s3 * t48
     t90 = t86 + t89
+    del t39, t66, t68, c2, t67, t70, t73, t75, t53, t78, t80, t79, t82, t87, t85, t86
     t91 = s3 * t69
     t92 = s3 * t42
     t93 = c3 * t42
@@ -643,6 +657,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t108 = t106 + t107
     t109 = t108 * -32.0
     t110 = t76 - t109
+    del t89, s3, t93, t91, c3, t92, t95, t97, t98, t99, t101, t103, t104, t106, t107, t109
     t111 = c4 * t64
     t112 = s4 * t90
     t113 = t111 - t112
@@ -665,6 +680,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t128 = -t125
     t129 = t125 * 27.0
     t130 = t102 - t129
+    del t111, t112, c4, t114, t116, s4, t115, t118, t120, t122, t124, t83, t126, t123, t125, t129
     t131 = s4_5 * t64
     t132 = c4_5 * t64
     t133 = c4_5 * t90
@@ -689,6 +705,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t152 = 25.0 + t151
     t153 = c6 * s7
     t154 = -t153
+    del t131, t133, t132, t135, t137, s4_5, t139, t141, c4_5, t143, t140, t145, c7, t149, t151, t153
     t155 = s6 * s7
     t156 = -t155
     t157 = s7 * -43.0
@@ -719,6 +736,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t179 = t163 + t178
     t180 = su1 * 20.0
     t181 = t169 - t180
+    del t155, s7, c7_8, t160, t162, t164, t166, s7_8, t168, t171, cu1, t174, t176, t178, su1, t180
     t182 = c9 * c10
     t183 = s9 * c10
     t184 = t182 * 48.0
@@ -748,6 +766,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t208 = s9 * cu2
     t209 = s9 * su2
     t210 = -t209
+    del c10, t184, t186, t188, t190, s10, c10_11, t195, t197, t199, t201, s10_11, t203, t206, cu2, t209
     t211 = t205 * 22.0
     t212 = t196 + t211
     t213 = t208 * 22.0
@@ -777,6 +796,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t235 = -t228
     t236 = 27.0 * t228
     t237 = t223 - t236
+    del t211, t213, su2, t215, c13, t219, t218, t222, t224, s13, c13_14, t229, cu4, t233, t228, t236
     t238 = -t231
     t239 = t231 * 21.0
     t240 = t237 - t239
@@ -804,6 +824,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t260 = cu5 * c16_17
     t261 = 20.0 * t259
     t262 = t252 + t261
+    del t231, t239, t241, s13_14, t243, t245, su4, t247, c16, t251, t250, t254, t256, s16, c16_17, t261
     t263 = cu5 * cu6
     t264 = su5 * cu6
     t265 = 18.0 * t264
@@ -1249,6 +1270,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
 
     # thumb_3, thumb_4, thumb_5, index_1 and index_2: position
     t4 = c4_5 * 27.0
+    del t0, t1, t2, t3, q4_5, q7_8, qu1, q10_11, qu2, qu3, q13_14, qu4, qu5, q16_17, qu6, c4_5
     t5 = s4_5 * 27.0
     t6 = c4 * 32.0
     t7 = t4 + t6
@@ -1261,6 +1283,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t14 = su1 * 20.0
     t15 = c7 * 43.0
     t16 = t13 + t15
+    del s4_5, c4, t4, t6, s4, t5, t8, s3, t7, c3, t11, cu1, su1, c7, t13, t15
     t17 = c7_8 * 25.0
     t18 = t17 + t16
 
@@ -1275,6 +1298,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t26 = 25.0 + t24
     t27 = cu2 * 22.0
     t28 = su2 * 22.0
+    del c7_8, t17, t16, s7, t14, t19, s7_8, t21, t20, c6, t18, s6, t23, t24, cu2, su2
     t29 = c10 * 48.0
     t30 = t27 + t29
     t31 = c10_11 * 29.0
@@ -1288,6 +1312,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t37 = c9 * t32
     t38 = s9 * t32
     t39 = t37 + 94.0
+    del c10, t27, t29, c10_11, t31, t30, s10, t28, t33, s10_11, t35, t34, c9, t32, s9, t37
     t40 = t38 + 3.0
     t41 = cu4 * 21.0
     t42 = su4 * 21.0
@@ -1302,6 +1327,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
 
     # ring_spread, little_spread, little_1 and little_2: position
     t51 = su3 * t46
+    del t38, cu4, su4, c13, t41, t43, c13_14, t45, t44, s13, t42, t47, s13_14, t49, t48, su3
     t52 = cu3 * t46
     t53 = t51 + 88.0
     t54 = -18.0 - t52
@@ -1314,6 +1340,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     t61 = s16 * 34.0
     t62 = t56 + t61
     t63 = s16_17 * -20.0
+    del t46, cu3, t51, t52, cu6, su6, c16, t55, t57, c16_17, t59, t58, s16, t56, t61, s16_17
     t64 = t63 - t62
     t65 = su5 * t60
     t66 = cu5 * t60
@@ -1331,6 +1358,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     # thumb_1: position
     t75 = c1 * t10
     t76 = s1 * t10
+    del t63, t62, su5, t60, cu5, t65, t66, t12, s2, t71, t69, c2, t9, t70, t73, t10
     t77 = s1 * t72
     t78 = t77 - t75
     t79 = c1 * t72
@@ -1349,6 +1377,7 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     # thumb_1: position
     t89 = t78 * 0.5
     t90 = t89 - t87
+    del s1, t77, t75, c1, t72, t76, t79, t80, t81, t83, t74, t82, t85, t84, t89, t87
     t91 = t90 + 20.0
     t92 = t78 * 0.8660254037844386
     t93 = t92 + t88
@@ -1425,6 +1454,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
 
     # thumb_4, index_spread and 11 more: all results
     t4 = c4 * 32.0
+    del t0, t1, t2, t3, q4_5, q7_8, qu1, q10_11, qu2, qu3, q13_14, qu4, qu5, q16_17, qu6, c4
     t5 = s4 * 32.0
     t6 = c6 * cu1
     t7 = s6 * cu1
@@ -1455,6 +1485,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t32 = c16_17 * 20.0
     t33 = s16_17 * 20.0
     t34 = c16 * 34.0
+    del s4, c7_8, s7_8, c7, s7, c10_11, s10_11, c10, s10, c13_14, s13_14, c13, s13, c16_17, s16_17, c16
     t35 = s16 * 34.0
     t36 = cu5 * 1.6666666666666667
     t37 = su5 * 1.6666666666666667
@@ -1488,6 +1519,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t61 = s1 * 0.4330127018922193
     t62 = c1 * 0.8660254037844386
     t63 = t62 - t61
+    del s16, cu1, t8, t10, t41, t42, t44, cu2, t16, t18, t49, t50, t52, t58, t62, t61
     t64 = s1 * 0.5
     t65 = s1 * 0.8660254037844386
     t66 = c1 * 0.75
@@ -1511,6 +1543,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t82 = s3 * t72
     t83 = c3 * t60
     t84 = t82 + t83
+    del s1, t66, c1, t65, t68, t70, t71, t67, t75, t74, t69, s2, t59, t78, t80, t82
     t85 = s3 * t76
     t86 = c3 * t63
     t87 = t86 - t85
@@ -1529,6 +1562,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t100 = t95 + t99
     t101 = s3 * t64
     t102 = t101 - t96
+    del t83, t86, t85, t88, t89, t92, t91, t72, c3, t76, t81, t95, t99, s3, t101, t96
     t103 = c2 * 0.4330127018922193
     t104 = t103 - t73
     t105 = c2 * 0.25
@@ -1554,6 +1588,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t123 = t93 * t4
     t124 = c4_5 * t104
     t125 = t122 - t124
+    del t103, t73, t105, t77, c2, t107, t79, t109, t110, t111, t115, t114, t119, t118, t93, t122
     t126 = t125 * 27.0
     t127 = t104 * t5
     t128 = t127 + t123
@@ -1574,6 +1609,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t143 = s4_5 * t102
     t144 = t135 + t143
     t145 = t100 * t4
+    del t124, t127, t123, t113, t128, t94, t5, c4_5, t136, t137, t132, t141, s4_5, t135, t143, t100
     t146 = t133 - t145
     t147 = t102 * t4
     t148 = t147 - t134
@@ -1589,6 +1625,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t158 = 0.8660254037844386 * t151
     t159 = 0.25 * t152
     t160 = t158 + t159
+    del t133, t145, t102, t4, t147, t134, t117, t146, t121, t148, t97, t98, t142, t144, t158, t159
     t161 = t130 * -0.8660254037844386
     t162 = 0.4330127018922193 * t152
     t163 = t161 - t162
@@ -1610,6 +1647,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t179 = t84 * t149
     t180 = t84 * t150
     t181 = t180 + t178
+    del t161, t162, t165, t164, t130, t167, t170, t168, t172, t151, t169, t174, t173, t149, t180, t178
     t182 = -t181
     t183 = t87 * t150
     t184 = t177 + t183
@@ -1630,6 +1668,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t197 = t192 - t196
     t198 = c6 * t197
     t199 = s6 * t197
+    del t181, t150, t177, t183, t129, t185, t179, t187, t189, su1, t9, t11, t191, t192, t196, t197
     t200 = c6 * t43
     t201 = s6 * t43
     t202 = 25.0 - t201
@@ -1659,6 +1698,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t224 = -t223
     t225 = cu4 * -21.0
     t226 = t225 - t24
+    del s6, t200, t205, t207, su2, t17, t19, t209, t210, t214, t215, s9, t218, t223, cu4, t24
     t227 = t26 - t226
     t228 = -0.6666666666666666 * t225
     t229 = t226 - t228
@@ -1682,6 +1722,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t247 = -t246
     t248 = cu5 * cu6
     t249 = -t248
+    del t26, t225, t226, t228, t231, su4, t25, t27, t237, t233, t234, t239, t227, t240, t246, t248
     t250 = cu6 * -18.0
     t251 = t250 - t32
     t252 = t34 - t251
@@ -1706,6 +1747,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t269 = su5 * t252
     t270 = t269 + 78.0
     t271 = su5 * t265
+    del cu6, t32, t34, t250, t251, t253, t256, su6, t33, t35, t262, t258, t259, t264, t252, t265
     t272 = -t271
     return (
         t112,

@@ -570,6 +570,7 @@ def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t21 = su3 * su2
     t22 = su3 * su1
     t23 = su3 * cu1
+    del t0, t1, t2, qu1, qu2, qu3, t6, t7, t10, t11, t13, t14, t17, t18, su2, su3
 
     # A1 and A5: rotation
     t24 = cu1 * t20
@@ -592,6 +593,7 @@ def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t37 = su1 * cu2
     t38 = -t36
     t39 = -t37
+    del t22, t24, t20, t23, t26, t27, cu3, t29, t31, t32, t21, t30, t34, cu2, t36, t37
 
     # Square roots and arc tangents
     t40 = _sqrt(t8)
@@ -610,6 +612,7 @@ def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t51 = t42 * t42
     t52 = 0.5 * t51
     t53 = t50 - t52
+    del t8, t9, t12, t15, t16, t19, t40, t41, t43, t44, t46, t49, t42, t51, t50, t52
     t54 = t53 * 3.3333333333333335
     t55 = t48 * 3.3333333333333335
     t56 = t47 * t45
@@ -626,6 +629,7 @@ def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t67 = t64 - t66
     t68 = t63 * 0.9863939238321437
     t69 = t65 + t68
+    del t53, t48, t47, t57, t45, t59, t58, t60, t61, t56, t62, t64, t66, t63, t65, t68
     t70 = 0.5 * t69
     t71 = 0.5 * t67
     t72 = t54 * 0.8743128571957756
@@ -707,6 +711,7 @@ def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t22 = _sqrt(t10)
     t23 = _sqrt(t11)
     t24 = _sqrt(t14)
+    del t0, t1, qu1, qu2, su2, cu2, t5, t8, t12, t13, t15, t19, t20, t10, t11, t14
     t25 = _sqrt(t17)
     t26 = _sqrt(t18)
     t27 = _sqrt(t21)
@@ -724,6 +729,7 @@ def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t37 = t30 * 3.3333333333333335
     t38 = 1.0 / t30
     t39 = t9 * t38
+    del t17, t18, t21, t22, t23, t25, t26, t28, t31, t24, t33, t32, t34, t35, t30, t9
     t40 = 2.0 * t39
     t41 = 0.002 * t40
     t42 = t29 * t27
@@ -740,6 +746,7 @@ def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t53 = t52 * -0.0025
     t54 = t48 * 0.9863939238321437
     t55 = t48 * 0.1643989873053573
+    del t38, t39, t40, t29, t43, t27, t45, t44, t46, t47, t42, t16, t50, t51, t52, t48
     t56 = t49 * 0.1643989873053573
     t57 = t54 - t56
     t58 = t49 * 0.9863939238321437
@@ -756,6 +763,7 @@ def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     t69 = t68 * -0.6
     t70 = t60 - t69
     t71 = t41 * t69
+    del t54, t56, t49, t55, t58, t59, t57, t36, t63, t65, t37, t64, t67, t68, t60, t69
     t72 = t66 * 0.6
     t73 = 0.008726646259971648 * t70
 

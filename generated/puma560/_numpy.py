@@ -368,6 +368,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t13 = s23 * t7
     t14 = s23 * t3
     t15 = t12 + t14
+    del q23, c2, s2, c6, s6, t4, t6, t2, t8, t5, c4, s5, s4, t7, t12, t14
     t16 = c23 * t3
     t17 = t13 - t16
     t18 = s23 * c5
@@ -387,6 +388,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t28 = t27 - t0
     t29 = c23 * 0.4318
     t30 = t25 - t29
+    del t3, t13, t16, c5, t18, t20, t10, t22, t19, s23, t24, t26, t27, t0, c23, t25
     t31 = t30 - t1
 
     # waist: rotation
@@ -408,6 +410,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     # waist: position
     t46 = s1 * -0.15005
     t47 = s1 * t28
+    del t29, t30, t1, t15, t34, t32, t9, t33, t36, t11, t39, t41, t21, t40, t43, s1
     t48 = c1 * t28
     t49 = t46 - t48
     t50 = c1 * 0.15005
@@ -505,6 +508,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t34 = c1 * c4
     t35 = c4 * t17
     t36 = t35 - t33
+    del q23, c2, t9, t11, s2, t7, t20, t8, t22, t24, t26, t25, t28, t30, t35, t33
     t37 = s23 * c4
     t38 = -t37
     t39 = s4 * t17
@@ -530,6 +534,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t55 = c5 * t15
     t56 = c5 * t27
     t57 = t56 - t54
+    del c4, t34, t39, s4, t42, s23, t44, t31, t48, t43, t50, t45, t52, t15, t56, t54
     t58 = s5 * t27
     t59 = t58 + t55
     t60 = -t59
@@ -548,6 +553,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t71 = t68 + t70
     t72 = s5 * t37
     t73 = t72 - t69
+    del t58, t55, t59, t18, t63, t61, t65, t62, t66, c23, c5, t68, t70, t37, s5, t72
     t74 = -t71
 
     # flange: frame flange
@@ -874,6 +880,7 @@ def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t22 = s5 * t18
     t23 = t22 - t20
     t24 = c5 * t18
+    del q23, c3, t1, s3, t3, t7, t11, t12, t10, t14, t16, s23, c23, t22, t20, t18
     t25 = t21 + t24
 
     # forearm and flange: linear part and angular part
@@ -899,6 +906,7 @@ def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t41 = s6 * t39
     t42 = s6 * t33
     t43 = t42 - t40
+    del t21, t24, t25, t28, t26, t19, t27, t30, t34, t35, t32, t37, t38, t39, t42, t40
     t44 = c6 * t33
     t45 = t41 + t44
 
@@ -917,6 +925,7 @@ def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t55 = t54 - t52
     t56 = c5 * t4
     t57 = t53 + t56
+    del t33, t41, t44, s4, t2, t48, t46, c4, t50, t47, s5, t49, t54, t52, t4, t53
 
     # wrist_bend and flange: linear part
     t58 = c6 * t55
@@ -934,6 +943,7 @@ def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t70 = t68 - t69
     t71 = t13 * t63
     t72 = t71 - t65
+    del t56, t55, s6, t58, t60, c6, t51, t59, t62, t66, t64, t68, t69, t13, t71, t65
     t73 = t31 * t57
     t74 = t29 * t57
 
@@ -1041,6 +1051,7 @@ def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t24 = t23 - t21
     t25 = c23 * t14
     t26 = t22 + t25
+    del q23, c2, s2, s4, s5, c4, t17, t15, t12, t19, t16, c5, t23, t21, t14, t22
 
     # waist: linear part and angular part
     t27 = s1 * t13
@@ -1064,6 +1075,7 @@ def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     # waist: linear part
     t42 = s1 * 0.15005
     t43 = s1 * t38
+    del t25, t13, t27, t29, t26, t28, t31, s23, t34, t36, t37, t35, t39, t1, t40, s1
     t44 = c1 * t38
     t45 = t42 + t44
     t46 = c1 * 0.15005
@@ -1083,6 +1095,7 @@ def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t58 = t10 * t45
     t59 = t20 * t41
     t60 = t57 + t59
+    del t38, t42, t44, t43, t46, c23, t48, t50, t8, t53, t49, t6, t52, t55, t10, t57
     t61 = t20 * t45
     t62 = t18 * t41
     t63 = t58 + t62
@@ -1098,6 +1111,7 @@ def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t73 = t72 + t68
     t74 = t32 * t45
     t75 = t69 + t74
+    del t59, t58, t62, t63, t65, t61, t41, t30, t47, t67, t70, t72, t68, t45, t69, t74
     t76 = -t75
     return (
         0.0,
@@ -1186,6 +1200,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t14 + t16
     t18 = c23 * t5
     t19 = t15 - t18
+    del q23, c2, s2, c6, s6, t6, t8, t4, t10, t7, s5, t9, t14, t16, t5, t15
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -1207,6 +1222,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t34 = c23 * s4
     t35 = s23 * s4
     t36 = -t35
+    del t18, c5, t20, t22, t12, t24, t21, t26, t27, t0, t30, t31, t1, c23, s4, t35
 
     # waist: linear part
     t37 = c1 * t33
@@ -1239,6 +1255,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t58 = s1 * t29
     t59 = c1 * 0.15005
     t60 = t58 - t59
+    del t32, t17, t43, t41, t11, t42, t45, t13, t48, t50, t23, t49, t52, t55, t56, t58
     t61 = -t60
 
     # waist: rotation
@@ -1261,6 +1278,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t76 = s1 * t34
     t77 = c1 * t34
     t78 = t77 - t75
+    del t59, t51, t46, t62, t65, t63, t67, t64, t69, t71, s23, t73, s1, t34, t77, t75
     t79 = c1 * c4
     t80 = t76 + t79
     return (
@@ -1369,6 +1387,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t26 = c23 * t16
     t27 = c23 * t12
     t28 = t25 - t27
+    del q23, c2, s2, t7, t6, t4, t10, t11, t5, t20, t18, t8, t22, t19, t16, t25
     t29 = s23 * t12
     t30 = t29 + t26
 
@@ -1392,6 +1411,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t45 = s1 * t39
     t46 = c1 * t28
     t47 = t46 - t45
+    del t27, t12, t29, t26, t31, t32, t14, t9, t35, t13, t38, t41, t42, t21, t46, t45
     t48 = s1 * t28
     t49 = s1 * t40
     t50 = c1 * t33
@@ -1412,6 +1432,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t63 = c23 * 0.0203
     t64 = t62 - t63
     t65 = t64 - t0
+    del t28, t49, t50, t51, t33, t44, t54, t48, t56, t58, t53, t34, t60, t62, t63, t64
     t66 = s23 * -0.0203
     t67 = c23 * 0.4318
     t68 = t66 - t67
@@ -1438,6 +1459,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     # flange: linear part
     t84 = c6 * t83
     t85 = s6 * t83
+    del t66, t67, t68, s1, t65, t70, t72, c1, t74, t71, t78, t79, t76, t81, t82, t83
     t86 = s6 * t77
     t87 = t86 - t84
     t88 = c6 * t77
@@ -1456,6 +1478,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     # forearm: linear part
     t98 = s4 * 0.15005
     t99 = s4 * t96
+    del t86, t84, t77, t85, t88, t1, c23, t90, t92, s23, t0, t94, t91, t93, t95, s4
     t100 = c4 * t96
     t101 = t100 - t98
     t102 = c4 * 0.15005
@@ -1474,6 +1497,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t111 = s6 * t107
     t112 = s6 * t103
     t113 = t110 - t112
+    del t96, t100, t98, c4, t102, t99, s5, t101, t106, t104, t97, t105, t108, t107, s6, t110
     t114 = c6 * t103
     t115 = t111 + t114
     t116 = t40 * t115
@@ -1490,6 +1514,7 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     t127 = t23 * t115
     t128 = t23 * t109
     t129 = t126 - t128
+    del t112, c6, t103, t111, t114, t116, t118, t117, t121, t36, t123, t120, t115, t23, t126, t128
     t130 = t30 * t109
     t131 = t125 - t130
     t132 = t30 * t113
@@ -1595,6 +1620,7 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t19 = t16 + t18
     t20 = c23 * t7
     t21 = t17 - t20
+    del q23, c2, s2, c6, s6, t8, t10, t6, t12, t9, s5, t11, t16, t18, t7, t17
     t22 = s23 * c5
     t23 = c23 * c5
 
@@ -1620,6 +1646,7 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t38 = s1 * t19
     t39 = s1 * t13
     t40 = t39 - t37
+    del t20, c5, t22, t24, t14, t26, t23, t28, t29, t30, t32, t33, t1, t34, t19, t39
     t41 = c1 * t13
     t42 = t38 + t41
     t43 = -t42
@@ -1646,6 +1673,7 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t58 = t21 * t47
     t59 = t27 * t42
     t60 = t57 + t59
+    del t37, t13, t38, t41, t15, t44, t46, t25, t45, t48, t51, t52, t31, t55, t54, t57
     t61 = t42 * t47
     t62 = t27 * t40
     t63 = t58 + t62
@@ -1668,6 +1696,7 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t78 = t74 + t77
     t79 = c23 * t56
     t80 = c23 * t53
+    del t59, t42, t58, t62, t61, t64, s23, s4, s1, t70, t75, t73, c4, t74, t77, c23
 
     # waist, shoulder, elbow and forearm: linear part
     t81 = t35 * t68
@@ -1689,6 +1718,7 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t95 = t93 - t94
     t96 = t56 * t76
     t97 = t90 - t96
+    del t79, t81, t82, t68, t80, t85, t66, t87, t84, t89, t91, t69, t93, t94, t90, t96
     t98 = t27 * t56
     t99 = t27 * t53
     t100 = t47 * t56
@@ -1883,6 +1913,7 @@ def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t14 = t1 * 0.0203
     t15 = t8 + t14
     t16 = qd[3] - t1
+    del q23, s23, c23, t2, s3, t4, t6, t5, t7, c3, t9, t12, t3, t8, t14, t1
     t17 = t0 * 0.15005
     t18 = t10 + t17
     t19 = t11 * 0.0203
@@ -1902,6 +1933,7 @@ def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t29 = c4 * t0
     t30 = t27 + t29
     t31 = s4 * t0
+    del t10, t17, t19, t18, t15, t21, t23, t13, t25, t22, t11, c4, t27, t29, t0, s4
     t32 = t31 - t28
     t33 = 0.4318 * t32
     t34 = t24 - t33
@@ -1922,6 +1954,7 @@ def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t45 = s5 * t30
     t46 = c5 * t30
     t47 = t46 - t44
+    del t31, t28, t24, t33, t32, t26, t36, t34, t40, t38, t20, t39, t42, s5, t30, t46
     t48 = c5 * t16
     t49 = t45 + t48
     t50 = qd[5] + t49
@@ -1939,6 +1972,7 @@ def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t58 = s6 * t47
     t59 = c6 * t47
     t60 = t57 - t59
+    del t44, c5, t16, t45, t48, t49, t37, t51, t53, t41, t52, t55, s6, t47, t57, t59
     t61 = c6 * t35
     t62 = t58 + t61
     return (
@@ -1993,6 +2027,7 @@ def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t14 = t13 - t11
     t15 = qd[4] * c4
     t16 = t15 + t12
+    del q23, s5, c5, t1, t4, t5, t7, t3, t9, t6, s4, t0, t13, t11, c4, t15
 
     # forearm and wrist_bend: linear part and angular part
     t17 = t2 * 0.15005
@@ -2016,6 +2051,7 @@ def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t31 = s23 * t2
     t32 = s23 * t14
     t33 = c23 * t14
+    del t12, t17, t8, t19, t10, t21, t22, t16, t23, t27, t25, t18, t29, t26, s23, t14
     t34 = t31 + t33
     t35 = c23 * t2
     t36 = t35 - t32
@@ -2031,6 +2067,7 @@ def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t44 = 0.4318 * t43
     t45 = t44 - t28
     t46 = s2 * t34
+    del t31, t33, t2, c23, t35, t32, t36, t38, c2, t40, t30, t41, t43, t44, t28, s2
     t47 = 0.4318 * t46
     t48 = t20 + t47
     t49 = t39 + t48
@@ -2049,6 +2086,7 @@ def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t58 = c1 * t50
     t59 = c1 * t34
     t60 = t57 + t59
+    del t46, t20, t47, t39, t48, t24, t49, t53, t51, t45, t52, t55, t50, c1, t57, t59
     t61 = s1 * t34
     t62 = t58 - t61
     t63 = -t60
@@ -2104,6 +2142,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t14 = t13 + t10
     t15 = qd[3] * t14
     t16 = t15 - t12
+    del q23, s5, c5, c2, s2, t1, t8, t7, t0, s4, t4, c4, t13, t10, t15, t12
     t17 = qd[2] + t14
     t18 = qd[1] + t17
     t19 = qd[3] * t9
@@ -2128,6 +2167,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t34 = c23 * t5
     t35 = c23 * t9
     t36 = t33 + t35
+    del t14, t17, t11, t19, t21, t22, t2, t23, t26, t27, t3, t28, t29, t31, t5, t33
     t37 = s23 * t9
     t38 = t34 - t37
     t39 = s23 * t6
@@ -2143,6 +2183,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t47 = t30 + t32
     t48 = qd[1] * t47
     t49 = t46 + t48
+    del t35, t9, t34, t37, s23, t16, t39, t41, c23, t6, t43, t40, t30, t47, t46, t48
 
     # shoulder and elbow: angular part
     t50 = qd[2] * t38
@@ -2165,6 +2206,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t63 = s1 * 0.15005
     t64 = c1 * t24
     t65 = t63 + t64
+    del t50, t42, t38, t51, t52, t44, t54, t56, t25, t57, t58, t45, t59, t55, t61, t63
     t66 = s1 * t24
     t67 = qd[0] * t65
     t68 = c1 * 0.15005
@@ -2182,6 +2224,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     # waist: angular part
     t79 = s1 * t18
     t80 = c1 * t18
+    del t64, t24, t65, t66, t68, t69, t32, t70, t71, t73, t67, t72, t75, t76, t74, t18
     t81 = c1 * t36
     t82 = t79 + t81
     t83 = s1 * t36
@@ -2200,6 +2243,7 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t92 = c1 * t20
     t93 = c1 * t53
     t94 = t91 + t93
+    del t79, t81, t36, t83, t80, t84, t82, t87, t77, t60, t89, t78, t20, c1, t91, t93
     t95 = t85 - t94
     t96 = s1 * t53
     t97 = t92 - t96
@@ -2259,6 +2303,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t19 = qd[2] * t5
     t20 = qd[2] * t1
     t21 = t2 + t20
+    del q23, s23, c23, t4, t6, s3, t8, t10, t7, t11, t13, c3, t15, t9, t16, t2
     t22 = qd[2] * t0
     t23 = t3 + t22
     t24 = qd[1] + qd[2]
@@ -2277,6 +2322,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t35 = t18 + t34
     t36 = t23 * 0.0203
     t37 = t36 - t17
+    del t20, t3, t22, t5, t25, t12, t27, t1, t14, t30, t32, t31, t18, t34, t36, t17
     t38 = t21 * 0.15005
     t39 = t38 - t19
 
@@ -2299,6 +2345,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t53 = c4 * t37
     t54 = c4 * t35
     t55 = t52 + t54
+    del t38, t19, t28, t40, t42, t26, t44, t41, t24, t46, t48, t0, t50, t47, t37, t52
     t56 = s4 * t35
     t57 = t56 - t53
     t58 = c4 * t21
@@ -2313,6 +2360,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t67 = t59 + t66
     t68 = 0.4318 * t51
     t69 = t43 - t68
+    del t54, t35, t56, t53, c4, t21, s4, t55, t60, t62, t57, t64, t58, t59, t66, t43
     t70 = t51 - qd[4]
     t71 = 0.4318 * t49
     t72 = t45 + t71
@@ -2333,6 +2381,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     # wrist_bend: angular part
     t84 = s5 * t29
     t85 = c5 * t29
+    del t68, t51, t45, t71, t61, t73, t63, t75, t69, t79, t77, t33, t78, t81, t82, t29
     t86 = c5 * t49
     t87 = t86 - t84
     t88 = s5 * t49
@@ -2352,6 +2401,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t98 = s5 * t23
     t99 = s5 * t65
     t100 = c5 * t65
+    del t86, t84, t49, t88, t85, t89, t39, t91, t93, t94, t83, t74, t92, t96, s5, t65
     t101 = t98 + t100
     t102 = c5 * t23
     t103 = t102 - t99
@@ -2367,6 +2417,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t111 = c6 * t80
     t112 = t109 + t111
     t113 = s6 * t80
+    del t98, t100, t23, c5, t102, t99, t101, t90, t97, t105, t103, t107, t72, t109, t111, t80
     t114 = t110 - t113
     t115 = qd[5] * t114
     t116 = qd[5] * t112
@@ -2387,6 +2438,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t127 = c6 * t95
     t128 = t125 + t127
     t129 = t128 + t115
+    del t110, t113, t114, t112, t70, t119, t117, t87, t121, t118, t122, t120, t76, t125, t127, t128
     t130 = s6 * t95
     t131 = t126 - t130
     t132 = t131 - t116
@@ -2399,6 +2451,7 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t137 = t136 + t123
     t138 = c6 * t67
     t139 = t138 - t134
+    del t115, t95, t126, t130, t131, t116, s6, t104, t133, t135, t136, t123, t67, c6, t138, t134
     t140 = t139 + t124
     return (
         t129,
@@ -2459,6 +2512,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t19 = t18 + t17
     t20 = s4 * t7
     t21 = c4 * t7
+    del q23, s5, c5, t1, t6, t8, t10, t5, t12, t9, t15, t14, t0, t18, t17, t7
     t22 = c4 * t2
     t23 = s4 * t2
     t24 = qd[3] * t13
@@ -2478,6 +2532,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t36 = t16 * 0.15005
     t37 = t19 * 0.0203
     t38 = t36 + t37
+    del c4, t2, s4, t24, t20, t26, t21, t28, t22, t23, t30, t11, t32, t13, t34, t36
     t39 = qd[2] + t19
     t40 = t4 * 0.15005
     t41 = t25 - t40
@@ -2500,6 +2555,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t54 = c23 * t3
     t55 = c23 * t16
     t56 = t53 + t55
+    del t37, t19, t25, t40, t27, t42, t44, t45, t38, t49, t47, t33, t51, t48, t3, t53
     t57 = s23 * t16
     t58 = t54 - t57
 
@@ -2517,6 +2573,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t67 = c23 * t29
     t68 = t65 + t67
     t69 = s23 * t29
+    del t55, t16, t54, t57, t46, t59, t61, t41, t63, t60, t4, c23, t65, t67, t29, s23
     t70 = t69 - t66
     t71 = qd[2] * t52
     t72 = t71 - t62
@@ -2532,6 +2589,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t82 = s2 * t56
     t83 = 0.4318 * t82
     t84 = t35 + t83
+    del t69, t66, t71, t62, t64, t73, t75, t68, t77, t70, t79, t50, t80, t82, t35, t83
     t85 = c2 * t58
     t86 = 0.4318 * t85
     t87 = t86 + t84
@@ -2548,6 +2606,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t96 = c2 * t39
     t97 = 0.4318 * t96
     t98 = t52 + t97
+    del t85, t86, t84, t58, t88, t76, s2, t91, t72, t92, t90, t43, t94, t96, t52, t97
     t99 = qd[1] * t98
     t100 = t93 + t99
     t101 = qd[1] + t39
@@ -2567,6 +2626,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     # waist: linear part
     t112 = s1 * t87
     t113 = c1 * t87
+    del t98, t93, t99, t39, t102, t103, t95, c2, t105, t74, t106, t107, t108, t78, t110, t87
     t114 = c1 * t81
     t115 = t112 + t114
     t116 = s1 * t81
@@ -2587,6 +2647,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     # waist: linear part
     t128 = s1 * t104
     t129 = c1 * t104
+    del t112, t114, t81, t116, t113, t117, t115, t101, t120, t122, t56, t124, t121, t125, t123, t104
     t130 = c1 * t100
     t131 = t128 + t130
     t132 = t131 + t118
@@ -2601,6 +2662,7 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     t139 = t136 + t138
     t140 = t126 - t139
     t141 = c1 * t31
+    del t128, t130, t131, t118, t100, t133, t129, t134, t119, s1, t89, t136, t138, t126, t139, t31
     t142 = t141 - t137
     t143 = t142 - t127
     return (
@@ -2657,6 +2719,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t15 = s4 * t2
     t16 = qd[4] * c4
     t17 = t16 + t15
+    del q23, c2, s2, s5, c5, t3, t6, t4, t9, t5, t10, t13, t12, t2, t16, t15
     t18 = qdd[4] * s4
     t19 = s4 * t7
     t20 = c4 * t7
@@ -2676,6 +2739,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t32 = s23 * 0.4318
     t33 = c23 * 0.0203
     t34 = t32 - t33
+    del s4, t7, t20, t18, c4, t22, t19, t24, t21, t17, t26, t23, t28, t29, t30, t32
     t35 = t34 - t0
     t36 = s23 * 0.0203
     t37 = c23 * 0.4318
@@ -2694,6 +2758,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t48 = c23 * t25
     t49 = t48 - t46
     t50 = c23 * t11
+    del t33, t0, t36, t37, t1, t8, t40, t42, t14, t41, t44, s23, t25, t48, t46, c23
     t51 = t47 + t50
 
     # shoulder and elbow: linear part
@@ -2713,6 +2778,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t63 = t61 + t62
     t64 = qd[2] * t43
     t65 = t64 - t51
+    del t11, t47, t50, t38, t34, t56, t53, t58, t55, t60, t49, t45, t61, t62, t64, t51
 
     # shoulder and elbow: linear part and angular part
     t66 = qd[1] * t39
@@ -2729,6 +2795,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t77 = t76 + t70
     t78 = qdd[1] * t35
     t79 = t78 + t72
+    del t66, t52, t39, t57, t69, t68, t59, t71, t73, t54, t74, t75, t76, t70, t78, t72
     t80 = qd[1] * t43
     t81 = t65 + t80
     t82 = qdd[0] + t81
@@ -2751,6 +2818,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t95 = s1 * t43
     t96 = t95 - t92
     t97 = qd[0] * t96
+    del t65, t80, t81, t83, t84, t35, t86, t87, t67, t27, t91, t93, t43, t95, t92, t96
     t98 = qd[0] * t94
     t99 = c1 * t77
     t100 = s1 * t77
@@ -2769,6 +2837,7 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     t109 = qd[0] * t88
     t110 = t109 - t89
     t111 = t89 - t110
+    del t94, t77, t31, c1, t101, t103, t97, t104, s1, t63, t102, t106, t107, t98, t109, t89
     t112 = qdd[0] * t88
     t113 = qd[0] * t111
     t114 = t100 - t113
@@ -2835,6 +2904,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t18 = 0.4318 * t17
     t19 = s3 * t5
     t20 = 0.4318 * t19
+    del q23, s23, c23, t1, t4, t6, t3, t8, t10, t12, t11, t13, t15, t17, s3, t19
     t21 = c3 * t7
     t22 = 0.4318 * t21
     t23 = t20 - t22
@@ -2856,6 +2926,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t37 = t36 - t9
     t38 = t2 * 0.0203
     t39 = t14 + t38
+    del t21, t20, t22, c3, t24, t18, t26, t28, t25, t5, t30, t7, t33, t9, t36, t14
     t40 = qd[3] - t2
     t41 = t0 * 0.15005
     t42 = t16 + t41
@@ -2874,6 +2945,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t53 = t52 + t51
     t54 = s4 * t39
     t55 = c4 * t39
+    del t38, t2, t16, t41, t43, t42, t27, t45, t23, t47, t34, t50, t29, t52, t51, t39
     t56 = c4 * t37
     t57 = t54 + t56
     t58 = s4 * t37
@@ -2894,6 +2966,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t69 = t68 - t66
     t70 = s4 * t46
     t71 = t70 + t67
+    del t54, t56, t37, t58, t55, t35, t60, t62, t0, t64, t61, t48, t68, t66, t46, t70
 
     # forearm: linear part and angular part
     t72 = s4 * t32
@@ -2910,6 +2983,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t83 = t82 - t75
     t84 = qd[3] * t63
     t85 = t77 + t84
+    del t67, t32, c4, t72, t74, t31, s4, t76, t73, t69, t78, t80, t71, t82, t75, t77
     t86 = 0.4318 * t65
     t87 = t57 - t86
     t88 = t65 - qd[4]
@@ -2928,6 +3002,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t99 = t98 - t96
     t100 = c5 * t44
     t101 = t97 + t100
+    del t84, t57, t86, t65, t59, t89, t79, t91, t85, t81, t94, t87, t98, t96, t44, t97
     t102 = qd[4] * t101
 
     # wrist_bend: angular part
@@ -2947,6 +3022,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t114 = t113 + t102
     t115 = s5 * t92
     t116 = t111 - t115
+    del t100, t101, t40, t105, t103, t63, t107, t104, t108, t53, t110, t112, t113, t102, t92, t111
 
     # wrist_bend: linear part and angular part
     t117 = s5 * t49
@@ -2961,6 +3037,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t126 = qd[4] * t106
     t127 = t126 - t122
     t128 = qdd[5] + t127
+    del t115, t49, c5, t117, t119, t83, s5, t121, t118, t120, t109, t116, t124, t126, t122, t127
 
     # flange: linear part
     t129 = s6 * t90
@@ -2981,6 +3058,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t142 = t141 + t138
     t143 = qd[5] * t142
     t144 = qd[5] * t140
+    del t90, t129, t131, t99, t130, t133, t134, t132, t88, t139, t137, t106, t141, t138, t142, t140
 
     # flange: linear part
     t145 = s6 * t95
@@ -2998,6 +3076,7 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t155 = c6 * t123
     t156 = t153 + t155
     t157 = t156 + t143
+    del t95, t145, t147, t148, t135, t114, t146, t150, t151, t136, t93, c6, t153, t155, t156, t143
     t158 = s6 * t123
     t159 = t158 - t154
     t160 = t144 - t159
@@ -3062,6 +3141,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t20 = qd[4] * s4
     t21 = c4 * t0
     t22 = t21 - t20
+    del q23, s5, c5, t1, t4, t2, t7, t3, t8, t11, t14, t16, t10, t18, t15, t21
     t23 = s4 * t0
     t24 = qd[4] * c4
     t25 = t24 + t23
@@ -3081,6 +3161,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t35 = t34 - t32
     t36 = qdd[4] * c4
     t37 = t36 + t33
+    del t20, t0, t24, t23, t13, t26, t28, t12, t30, t27, s4, t5, t34, t32, c4, t36
     t38 = qd[3] * t19
     t39 = t38 - t29
     t40 = qd[3] * t17
@@ -3097,6 +3178,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t51 = t25 * 0.0203
     t52 = t50 + t51
     t53 = qd[2] + t25
+    del t33, t38, t29, t31, t40, t42, t35, t37, t44, t17, t46, t19, t48, t50, t51, t25
     t54 = t9 * 0.15005
     t55 = t39 + t54
     t56 = t9 * 0.0203
@@ -3119,6 +3201,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t69 = c23 * t6
     t70 = c23 * t22
     t71 = t68 + t70
+    del t39, t54, t41, t56, t58, t59, t45, t52, t62, t64, t47, t66, t63, t6, t68, t70
     t72 = s23 * t22
     t73 = t72 - t69
 
@@ -3137,6 +3220,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t83 = t82 - t80
     t84 = c23 * t9
     t85 = t81 + t84
+    del t22, t72, t69, t60, t74, t76, t55, t78, t75, s23, t43, t82, t80, t9, c23, t81
     t86 = qd[2] * t67
     t87 = t77 + t86
     t88 = qd[2] * t65
@@ -3153,6 +3237,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t99 = t49 - t98
     t100 = c2 * t73
     t101 = 0.4318 * t100
+    del t84, t77, t86, t88, t79, t83, t90, t92, t85, t94, t65, t95, t97, t49, t98, t100
     t102 = t101 + t99
     t103 = qd[1] * t73
     t104 = t91 + t103
@@ -3168,6 +3253,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t112 = 0.4318 * t111
     t113 = t67 - t112
     t114 = qd[1] * t113
+    del t101, t99, t73, t103, t91, s2, t106, t87, t107, t105, t57, t109, t111, t67, t112, t113
     t115 = t108 + t114
     t116 = qd[1] + t53
 
@@ -3184,6 +3270,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t126 = qd[1] * t71
     t127 = t93 + t126
     t128 = qdd[0] + t127
+    del t108, t114, t53, t117, t118, t110, c2, t120, t121, t89, t61, t122, t124, t93, t126, t127
 
     # waist: linear part
     t129 = s1 * t102
@@ -3204,6 +3291,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t142 = t141 - t138
     t143 = qd[0] * t142
     t144 = qd[0] * t140
+    del t102, t129, t131, t96, t133, t130, t134, t132, t116, t137, t139, t71, t141, t138, t142, t140
 
     # waist: linear part
     t145 = c1 * t115
@@ -3221,6 +3309,7 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     t155 = c1 * t104
     t156 = t155 - t153
     t157 = t156 + t143
+    del t115, t147, t145, t148, t135, t119, t146, t150, t136, t151, s1, t104, t155, t153, t156, t143
     t158 = c1 * t123
     t159 = t154 + t158
     t160 = t159 - t144
@@ -3291,6 +3380,7 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
     t26 = c4 * s5
     t27 = s1 * c4
     t28 = c1 * c4
+    del q23, c2, s2, t8, t9, t0, t10, t14, t15, t1, t18, t11, t22, s4, s5, c4
 
     # waist, shoulder, elbow and wrist_bend: linear part and angular part
     t29 = c1 * t24
@@ -3315,6 +3405,7 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
     t44 = c1 * t39
     t45 = t42 + t44
     t46 = s1 * t39
+    del t29, t27, t24, t31, t28, c5, s23, t36, t34, t26, t35, t38, t25, t42, t44, t39
     t47 = t46 - t43
 
     # waist: linear part
@@ -3346,6 +3437,7 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
     t69 = -t68
     t70 = s1 * t7
     t71 = -t70
+    del t46, t43, t17, t49, t51, t53, t16, t55, t57, t59, t61, t63, t65, t66, t68, t70
     t72 = s1 * t32
     t73 = s1 * t47
     t74 = c1 * t30
@@ -3371,6 +3463,7 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
     t90 = c23 * t45
     t91 = t6 * t37
     t92 = t89 + t91
+    del s1, t72, t74, t75, c1, t73, t77, t79, t80, t82, t83, t84, t86, t87, c23, t89
     t93 = -t92
     t94 = t6 * t45
     t95 = t4 * t37
@@ -3650,6 +3743,7 @@ def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t12 - t10
     t14 = c23 * t1
     t15 = t11 + t14
+    del q23, c6, s6, t4, t2, t0, t6, t3, c4, s5, s4, t5, t12, t10, t1, t11
     t16 = s23 * c5
     t17 = c23 * c5
 
@@ -3668,6 +3762,7 @@ def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t23 + t26
     t28 = s1 * t9
     t29 = s1 * t19
+    del t14, c5, c23, t16, t18, s23, t8, t20, t17, t13, t24, t22, t7, t23, t26, s1
     t30 = c1 * t19
     t31 = t28 + t30
     t32 = c1 * t9
@@ -3684,6 +3779,7 @@ def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
     t43 = t25 - t39
     t44 = t25 + t39
     t45 = np.where(t21 < 0.0, t43, t44)
+    del t19, t28, t30, c1, t9, t32, t29, t34, t35, t38, t37, t41, t40, t25, t39, t43
 
     # waist, shoulder and elbow: quaternion_wxyz
     t46 = -t21
@@ -3703,6 +3799,7 @@ def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
     t60 = -t59
     t61 = np.where(t45 < 0.0, t55, t52)
     t62 = -t61
+    del t44, t46, t48, t47, t49, t50, t33, t42, t15, t31, t27, t36, t57, t59, t52, t61
     t63 = -t54
     t64 = np.where(t45 < 0.0, t53, t63)
     t65 = -t55
@@ -3715,6 +3812,7 @@ def quaternion_wxyz(q: Floats) -> tuple[Floats | float, ...]:
     t72 = np.where(t21 < 0.0, t71, t62)
     t73 = np.where(t45 < 0.0, t51, t58)
     t74 = np.where(t21 < 0.0, t73, t64)
+    del t54, t63, t55, t53, t65, t60, t67, t56, t66, t69, t71, t62, t45, t58, t21, t73
 
     # Square roots and arc tangents
     t75 = _sqrt(t51)
@@ -3780,6 +3878,7 @@ def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t12 - t10
     t14 = c23 * t1
     t15 = t11 + t14
+    del q23, c6, s6, t4, t2, t0, t6, t3, c4, s5, s4, t5, t12, t10, t1, t11
     t16 = s23 * c5
     t17 = c23 * c5
 
@@ -3798,6 +3897,7 @@ def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t23 + t26
     t28 = s1 * t9
     t29 = s1 * t19
+    del t14, c5, c23, t16, t18, s23, t8, t20, t17, t13, t24, t22, t7, t23, t26, s1
     t30 = c1 * t19
     t31 = t28 + t30
     t32 = c1 * t9
@@ -3814,6 +3914,7 @@ def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
     t43 = t25 - t39
     t44 = t25 + t39
     t45 = np.where(t21 < 0.0, t43, t44)
+    del t19, t28, t30, c1, t9, t32, t29, t34, t35, t38, t37, t41, t40, t25, t39, t43
 
     # waist, shoulder and elbow: quaternion_xyzw
     t46 = -t21
@@ -3833,6 +3934,7 @@ def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
     t60 = -t59
     t61 = np.where(t45 < 0.0, t55, t52)
     t62 = -t61
+    del t44, t46, t48, t47, t49, t50, t33, t42, t15, t31, t27, t36, t57, t59, t52, t61
     t63 = -t54
     t64 = np.where(t45 < 0.0, t53, t63)
     t65 = -t55
@@ -3845,6 +3947,7 @@ def quaternion_xyzw(q: Floats) -> tuple[Floats | float, ...]:
     t72 = np.where(t21 < 0.0, t71, t62)
     t73 = np.where(t45 < 0.0, t51, t58)
     t74 = np.where(t21 < 0.0, t73, t64)
+    del t54, t63, t55, t53, t65, t60, t67, t56, t66, t69, t71, t62, t45, t58, t21, t73
 
     # Square roots and arc tangents
     t75 = _sqrt(t51)
@@ -4006,6 +4109,7 @@ def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t10 + t12
     t14 = s4 * t1
     t15 = t14 - t11
+    del q23, c5, s5, s6, t6, t4, t0, t8, t5, c6, c4, t10, t12, s4, t1, t14
 
     # shoulder and elbow: rpy_xyz
     t16 = c23 * t7
@@ -4024,6 +4128,7 @@ def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
     # waist: rpy_xyz
     t28 = c1 * t19
     t29 = s1 * t19
+    del t11, t7, t18, t16, t2, t17, t20, t13, s23, t24, t22, c23, t3, t23, t26, t19
     t30 = s1 * t9
     t31 = t30 - t28
     t32 = c1 * t9
@@ -4040,6 +4145,7 @@ def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
     t43 = t42 - t34
     t44 = t39 * t39
     t45 = t35 + t44
+    del t30, t28, t9, t29, t32, s1, t25, t36, t38, c1, t15, t37, t40, t42, t34, t35
 
     # Square roots and arc tangents
     t46 = _sqrt(t45)
@@ -4059,6 +4165,7 @@ def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
 
     # Square roots and arc tangents
     t58 = _atan2(t55, t57)
+    del t44, t45, t47, t39, t31, t48, t50, t21, t33, t27, t54, t52, t41, t56, t53, t55
     t59 = _atan2(t43, t46)
     t60 = _atan2(t49, t51)
     return (
@@ -4108,6 +4215,7 @@ def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t10 + t12
     t14 = s4 * t1
     t15 = t14 - t11
+    del q23, c5, s5, s6, t6, t4, t0, t8, t5, c6, c4, t10, t12, s4, t1, t14
 
     # shoulder and elbow: euler_zyz
     t16 = c23 * t7
@@ -4125,6 +4233,7 @@ def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
     t28 = t24 + t27
     t29 = t28 * t28
     t30 = t22 + t29
+    del t11, t7, t18, t16, t2, t17, t20, t13, s23, t25, t23, c23, t3, t24, t27, t22
 
     # waist: euler_zyz
     t31 = c1 * t19
@@ -4142,6 +4251,7 @@ def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
     t43 = t34 * t42
     t44 = t36 * t40
     t45 = t44 - t43
+    del t29, t19, t31, t33, t9, t32, t35, s1, t26, t39, t37, c1, t15, t38, t41, t44
 
     # Square roots and arc tangents
     t46 = _sqrt(t30)
@@ -4161,6 +4271,7 @@ def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
 
     # Square roots and arc tangents
     t58 = _atan2(t55, t57)
+    del t43, t30, t47, t28, t21, t48, t50, t34, t36, t40, t52, t54, t42, t56, t53, t55
     t59 = _atan2(t46, t45)
     t60 = _atan2(t49, t51)
     return (
@@ -4210,6 +4321,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t13 = t12 - t10
     t14 = c23 * t1
     t15 = t11 + t14
+    del q23, c6, s6, t4, t2, t0, t6, t3, c4, s5, s4, t5, t12, t10, t1, t11
     t16 = s23 * c5
     t17 = c23 * c5
 
@@ -4228,6 +4340,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t23 + t26
     t28 = s1 * t9
     t29 = s1 * t19
+    del t14, c5, c23, t16, t18, s23, t8, t20, t17, t13, t24, t22, t7, t23, t26, s1
     t30 = c1 * t19
     t31 = t28 + t30
     t32 = c1 * t9
@@ -4244,6 +4357,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t43 = t25 - t39
     t44 = t25 + t39
     t45 = np.where(t21 < 0.0, t43, t44)
+    del t19, t28, t30, c1, t9, t32, t29, t34, t35, t38, t37, t41, t40, t25, t39, t43
 
     # waist, shoulder and elbow: axis_angle
     t46 = -t21
@@ -4263,6 +4377,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t60 = -t59
     t61 = np.where(t45 < 0.0, t55, t52)
     t62 = -t61
+    del t44, t46, t48, t47, t49, t50, t33, t42, t15, t31, t27, t36, t57, t59, t52, t61
     t63 = -t54
     t64 = np.where(t45 < 0.0, t53, t63)
     t65 = -t55
@@ -4275,6 +4390,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t72 = np.where(t21 < 0.0, t71, t62)
     t73 = np.where(t45 < 0.0, t51, t58)
     t74 = np.where(t21 < 0.0, t73, t64)
+    del t54, t63, t55, t53, t65, t60, t67, t56, t66, t69, t71, t62, t45, t58, t21, t73
 
     # Square roots and arc tangents
     t75 = _sqrt(t51)
@@ -4295,6 +4411,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t88 = t85 * t85
     t89 = t86 * t86
     t90 = t88 + t89
+    del t64, t51, t75, t76, t79, t80, t77, t81, t78, t82, t68, t72, t74, t83, t70, t88
     t91 = t87 * t87
     t92 = t91 + t90
 
@@ -4362,6 +4479,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -4380,6 +4498,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = t19 * t37
@@ -4401,6 +4520,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t52 = t48 + t51
     t53 = t29 - t43
     t54 = t29 + t43
+    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
     t55 = np.where(t25 < 0.0, t53, t54)
     t56 = -t25
     t57 = np.where(t25 < 0.0, t56, t25)
@@ -4421,6 +4541,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t70 = -t69
     t71 = np.where(t55 < 0.0, t65, t62)
     t72 = -t71
+    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
     t73 = -t64
     t74 = np.where(t55 < 0.0, t63, t73)
     t75 = -t65
@@ -4433,6 +4554,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t82 = np.where(t25 < 0.0, t81, t72)
     t83 = np.where(t55 < 0.0, t61, t68)
     t84 = np.where(t25 < 0.0, t83, t74)
+    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
 
     # Square roots and arc tangents
     t85 = _sqrt(t61)
@@ -4452,6 +4574,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t97 = t80 * t93
     t98 = 0.5 * t94
     t99 = 0.5 * t95
+    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t94, t95
     t100 = 0.5 * t96
     t101 = 0.5 * t97
     t102 = -t101
@@ -4476,6 +4599,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t119 = t35 * t99
     t120 = t119 - t117
     t121 = t120 - t118
+    del t96, t97, t105, t104, t107, t108, t110, t109, t114, t112, t115, t113, t119, t117, t120, t118
     t122 = s1 * t98
     t123 = c1 * t101
     t124 = t123 - t122
@@ -4498,6 +4622,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t141 = s1 * t100
     t142 = c1 * t98
     t143 = t140 + t142
+    del t123, t122, t127, t125, t128, t126, t130, t131, t133, t132, t137, t135, t138, t136, s1, t140
     t144 = c1 * t99
     t145 = t141 + t144
     t146 = -t145
@@ -4513,6 +4638,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t154 = t153 - t149
     t155 = t0 * t100
     t156 = t151 - t155
+    del t142, c1, t141, t144, t145, c23, t1, t150, t148, t152, t147, t153, t149, t0, t151, t155
     t157 = t2 * t99
     t158 = t2 * t98
     t159 = t50 * t101
@@ -4527,6 +4653,7 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t168 = t162 - t167
     t169 = t25 * t99
     t170 = t169 + t160
+    del t2, t101, t50, t161, t158, t35, t100, t164, t157, t165, t159, t52, t162, t167, t169, t160
     t171 = t37 * t99
     t172 = t37 * t98
     t173 = t172 + t170
@@ -4601,6 +4728,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -4619,6 +4747,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = t19 * t37
@@ -4640,6 +4769,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t52 = t48 + t51
     t53 = t29 - t43
     t54 = t29 + t43
+    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
     t55 = np.where(t25 < 0.0, t53, t54)
     t56 = -t25
     t57 = np.where(t25 < 0.0, t56, t25)
@@ -4660,6 +4790,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t70 = -t69
     t71 = np.where(t55 < 0.0, t65, t62)
     t72 = -t71
+    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
     t73 = -t64
     t74 = np.where(t55 < 0.0, t63, t73)
     t75 = -t65
@@ -4672,6 +4803,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t82 = np.where(t25 < 0.0, t81, t72)
     t83 = np.where(t55 < 0.0, t61, t68)
     t84 = np.where(t25 < 0.0, t83, t74)
+    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
 
     # Square roots and arc tangents
     t85 = _sqrt(t61)
@@ -4691,6 +4823,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t97 = t80 * t93
     t98 = 0.5 * t94
     t99 = 0.5 * t95
+    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t94, t95
     t100 = 0.5 * t96
     t101 = 0.5 * t97
     t102 = -t100
@@ -4715,6 +4848,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t119 = t37 * t101
     t120 = t119 - t117
     t121 = t120 - t118
+    del t96, t97, t105, t104, t109, t107, t110, t108, t112, t113, t115, t114, t119, t117, t120, t118
     t122 = s1 * t101
     t123 = c1 * t98
     t124 = t122 + t123
@@ -4739,6 +4873,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t141 = s1 * t99
     t142 = c1 * t99
     t143 = t140 + t142
+    del t122, t123, t127, t125, t128, t126, t132, t130, t133, t131, t135, t136, t138, t137, s1, t140
     t144 = -t143
     t145 = c1 * t100
     t146 = t141 - t145
@@ -4754,6 +4889,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t154 = t153 - t149
     t155 = t1 * t100
     t156 = t155 + t151
+    del t142, t143, c1, t141, t145, c23, t0, t148, t150, t152, t147, t153, t149, t1, t155, t151
     t157 = t2 * t98
     t158 = t25 * t98
     t159 = t2 * t101
@@ -4769,6 +4905,7 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t169 = t35 * t100
     t170 = t158 - t169
     t171 = t37 * t100
+    del t2, t25, t101, t52, t163, t157, t164, t161, t50, t159, t166, t167, t162, t158, t169, t100
     t172 = t37 * t99
     t173 = t170 - t172
     t174 = t35 * t99
@@ -4846,6 +4983,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -4866,6 +5004,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = t19 * t37
@@ -4886,6 +5025,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t51 = s1 * t13
     t52 = c1 * t13
     t53 = t52 - t50
+    del t23, t33, t36, t31, t41, t38, t43, t40, t29, t45, t39, t47, t48, t13, t52, t50
     t54 = c1 * c4
     t55 = t51 + t54
 
@@ -4905,6 +5045,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t66 = t35 * t59
     t67 = t66 - t63
     t68 = t37 * t59
+    del c4, t51, t54, t49, t57, t44, t60, t56, t58, t42, t61, t46, t19, t66, t63, t59
     t69 = t68 + t64
     t70 = s1 * t69
     t71 = s1 * t67
@@ -4922,6 +5063,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t83 = t79 - t82
     t84 = t62 * t81
     t85 = -t84
+    del t68, t64, s1, t72, t70, t73, c1, t71, t76, t0, t78, t80, t1, t79, t82, t84
     t86 = t81 * t65
 
     # waist, shoulder and elbow: jacobian
@@ -4940,6 +5082,7 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t99 = t35 * t67
     t100 = t37 * t67
     t101 = t100 - t98
+    del t81, c23, t86, t87, t53, t89, t91, t55, t94, t90, t92, t96, t2, t35, t67, t100
     t102 = t62 * t101
     t103 = t37 * t69
     t104 = t99 + t103
@@ -5011,6 +5154,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -5031,6 +5175,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = c1 * t35
@@ -5054,6 +5199,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t54 = t53 - t51
     t55 = c1 * c4
     t56 = t52 + t55
+    del t23, t33, t36, t42, t39, t44, t40, t46, t41, t48, t49, t13, t53, t51, c4, t52
 
     # Square roots and arc tangents
     t57 = _sqrt(t50)
@@ -5070,6 +5216,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t66 = t47 * t62
     t67 = t66 - t64
     t68 = t45 * t62
+    del t55, t50, t58, t43, t29, t61, t57, t59, t19, t31, t60, t47, t66, t64, t62, t45
     t69 = t65 + t68
     t70 = t63 * t38
     t71 = t67 * t70
@@ -5091,6 +5238,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t85 = t81 - t84
     t86 = t78 * t83
     t87 = t0 + t86
+    del t65, t68, t38, t70, s1, t71, c1, t75, c23, t80, t82, t1, t81, t84, t0, t86
     t88 = -t87
     t89 = t63 * t83
     t90 = -t89
@@ -5107,6 +5255,7 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t101 = t25 * t67
     t102 = t37 * t67
     t103 = t100 + t102
+    del t87, t83, t89, t2, t93, t91, t56, t92, t95, t94, t54, t98, t25, t67, t100, t102
     t104 = t37 * t69
     t105 = t104 - t101
     t106 = t63 * t103
@@ -5178,6 +5327,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
 
@@ -5198,6 +5348,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = t19 * t37
@@ -5220,6 +5371,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t53 = t52 - t50
     t54 = c1 * c4
     t55 = t51 + t54
+    del t23, t33, t36, t41, t38, t39, t43, t40, t45, t47, t48, t13, t52, t50, c4, t51
 
     # Square roots and arc tangents
     t56 = _sqrt(t49)
@@ -5236,6 +5388,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t65 = t29 * t59
     t66 = t65 - t63
     t67 = t31 * t59
+    del t54, t49, t57, t44, t19, t60, t56, t58, t42, t61, t46, t29, t65, t63, t31, t59
     t68 = t67 + t64
     t69 = s1 * t68
     t70 = s1 * t66
@@ -5253,6 +5406,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t82 = t79 + t81
     t83 = t1 * t68
     t84 = t80 - t83
+    del t67, t64, s1, t71, t69, c1, t70, t73, t72, t77, t0, t79, t81, t1, t80, t83
     t85 = t76 * t82
 
     # waist, shoulder and elbow: jacobian
@@ -5272,6 +5426,7 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t99 = t35 * t68
     t100 = t35 * t66
     t101 = t37 * t66
+    del c23, t85, t82, t87, t53, t89, t91, t55, t93, t90, t92, t2, t96, t97, t35, t66
     t102 = t101 - t99
     t103 = t37 * t68
     t104 = t100 + t103
@@ -5340,6 +5495,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t17 = t16 - t14
     t18 = c23 * t4
     t19 = t15 + t18
+    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
     t20 = s23 * c5
     t21 = c23 * c5
     t22 = c23 * t11
@@ -5358,6 +5514,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t33 = c1 * t12
     t34 = c1 * t23
     t35 = t32 + t34
+    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
     t36 = s1 * t23
     t37 = t33 - t36
     t38 = t19 * t37
@@ -5379,6 +5536,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t52 = t48 + t51
     t53 = t29 - t43
     t54 = t29 + t43
+    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
     t55 = np.where(t25 < 0.0, t53, t54)
     t56 = -t25
     t57 = np.where(t25 < 0.0, t56, t25)
@@ -5397,6 +5555,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t70 = -t69
     t71 = np.where(t55 < 0.0, t65, t62)
     t72 = -t71
+    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
     t73 = -t64
     t74 = np.where(t55 < 0.0, t63, t73)
     t75 = -t65
@@ -5409,6 +5568,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t82 = np.where(t25 < 0.0, t81, t72)
     t83 = np.where(t55 < 0.0, t61, t68)
     t84 = np.where(t25 < 0.0, t83, t74)
+    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
 
     # Square roots and arc tangents
     t85 = _sqrt(t61)
@@ -5429,6 +5589,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t98 = t95 * t95
     t99 = t96 * t96
     t100 = t98 + t99
+    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t98, t99
     t101 = t97 * t97
     t102 = t101 + t100
 
@@ -5455,6 +5616,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t116 = t95 * t114
     t117 = t96 * t114
     t118 = t97 * t114
+    del t101, t100, t102, t104, t94, t109, t105, t110, t111, t113, t103, t112, t95, t96, t97, t114
     t119 = 0.5 * t116
     t120 = 0.5 * t117
     t121 = 0.5 * t118
@@ -5473,6 +5635,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t134 = t115 - t132
     t135 = t121 - t126
     t136 = t121 + t126
+    del t116, t117, t118, t122, t123, t106, t127, t107, t124, t108, t125, t130, t115, t132, t121, t126
     t137 = t120 + t128
     t138 = t120 - t128
     t139 = -t137
@@ -5495,6 +5658,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t154 = t35 * t129
     t155 = t52 * t135
     t156 = t155 + t153
+    del t120, t128, t119, t131, t143, t142, t147, t145, t148, t146, t137, t150, t152, t129, t155, t153
     t157 = t37 * t135
     t158 = t157 - t151
     t159 = t158 - t154
@@ -5512,6 +5676,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t169 = t1 * t133
     t170 = t1 * t141
     t171 = t170 - t168
+    del t135, t157, t151, t158, t154, s1, t160, t162, c1, t161, t164, t165, c23, t1, t170, t168
     t172 = t0 * t136
     t173 = t172 - t167
     t174 = t173 - t169
@@ -5527,6 +5692,7 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t184 = t50 * t138
     t185 = t184 - t179
     t186 = t35 * t138
+    del t172, t167, t173, t169, t0, t171, t175, t2, t25, t136, t178, t182, t50, t184, t179, t35
     t187 = t180 - t186
     t188 = t52 * t133
     t189 = t188 - t177
@@ -5754,6 +5920,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t22 = base_T_tool[9] * base_T_tool[9]
     t23 = t22 + t21
     t24 = t23 - 1.0
+    del t2, t3, t7, t4, t9, t12, t13, t15, t14, t16, t17, t19, t20, t22, t21, t23
     t25 = t24 * t24
     t26 = t18 + t25
     t27 = base_T_tool[0] * base_T_tool[1]
@@ -5769,6 +5936,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t37 = base_T_tool[10] - t36
     t38 = t37 * t37
     t39 = t38 + t33
+    del t24, t18, t25, t27, t28, t30, t29, t31, t32, t26, t34, t35, t36, t37, t38, t33
     t40 = base_T_tool[4] * base_T_tool[9]
     t41 = base_T_tool[5] * base_T_tool[8]
     t42 = t40 - t41
@@ -5783,6 +5951,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t51 = t50 + t45
     t52 = np.where(t51 < (9e-08 if single else 9e-12), t8, 0.0)
     t53 = t52 * t11
+    del t40, t41, t42, t43, t44, t39, t46, t47, t48, t49, t50, t45, t51, t8, t52, t11
 
     # Square roots and arc tangents
     t54 = _sqrt(t10)
@@ -5807,6 +5976,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t71 = t69 + t70
     t72 = base_T_tool[4] * t66
     t73 = t68 - t72
+    del t10, t6, t58, t56, t1, t60, t61, t0, t57, t64, t5, t65, t69, t70, t68, t72
     t74 = base_T_tool[1] * t62
     t75 = base_T_tool[1] * t66
     t76 = base_T_tool[5] * t62
@@ -5830,6 +6000,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t94 = base_T_tool[1] * t67
     t95 = base_T_tool[5] * t63
     t96 = t94 - t95
+    del t75, t76, t74, t78, t62, t82, t81, t66, t80, t85, t88, t89, t87, t91, t94, t95
     t97 = base_T_tool[5] * t67
     t98 = t93 + t97
     t99 = base_T_tool[2] * t63
@@ -5851,6 +6022,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t115 = t107 * (7.66003466992972e-06 if single else 1.4267926420885547e-14)
     t116 = -t110
     t117 = np.where(t115 < t116, t116, 0.0)
+    del t93, t97, t63, t101, t100, t67, t99, t104, t106, t108, t112, t113, t53, t107, t110, t115
     t118 = t109 * 0.4322769135635166
     t119 = t118 - 0.00047691356351659784
     t120 = t109 * 0.4318
@@ -5875,6 +6047,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t135 = np.where(t131 > 3.141592653589793, t134, t131)
     t136 = 6.283185307179586 + t135
     t137 = np.where(t135 < -3.141592653589793, t136, t135)
+    del t116, t118, t109, t120, t117, t122, t128, t59, t129, t55, t124, t132, t131, t134, t135, t136
     t138 = np.where(t137 > (-2.7949168031909273 if single else -2.7925269061909272), t114, 0.0)
     t139 = np.where(t137 < (2.7949168031909273 if single else 2.7925269061909272), t138, 0.0)
     t140 = 6.283185307179586 + t133
@@ -5895,6 +6068,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t151 = t148 * 0.9988967406110469
     t152 = t149 * 0.04696063880130675
     t153 = t149 * 0.9988967406110469
+    del t138, t133, t140, t114, t142, t123, t111, t126, t119, t130, t146, t121, t127, t147, t148, t149
     t154 = t150 + t153
     t155 = t150 - t153
     t156 = t151 - t152
@@ -5915,6 +6089,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t171 = t166 + t169
     t172 = t167 + t168
     t173 = t167 - t168
+    del t150, t153, t151, t152, t154, t156, t161, t158, t160, t159, t54, t155, t157, t169, t166, t167
     t174 = t73 * t162
     t175 = t73 * t170
     t176 = base_T_tool[8] * t164
@@ -5934,6 +6109,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t190 = np.where(t189 < (1e-12 if single else 1e-20), 1.0, t187)
     t191 = np.where(t189 < (1e-12 if single else 1e-20), 0.0, t83)
     t192 = t177 * t191
+    del t168, t73, t176, t174, t79, t180, t178, t162, t184, t183, t164, t182, t186, t188, t187, t177
     t193 = t181 * t191
     t194 = t71 * t190
     t195 = t194 + t192
@@ -5956,6 +6132,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t210 = t144 + 1.5238184104468135
     t211 = 6.283185307179586 + t209
     t212 = np.where(t209 < -3.141592653589793, t211, t209)
+    del t181, t194, t192, t196, t193, t145, t125, t201, t200, t198, t202, t204, t205, t207, t144, t209
     t213 = base_T_tool[8] * t172
     t214 = t213 - t175
     t215 = base_T_tool[9] * t172
@@ -5970,6 +6147,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t224 = t84 + t223
     t225 = np.where(t224 < (1e-12 if single else 1e-20), 1.0, t222)
     t226 = np.where(t224 < (1e-12 if single else 1e-20), 0.0, t83)
+    del t211, t213, t175, t215, t179, t86, t170, t218, t219, t172, t217, t221, t84, t223, t222, t83
     t227 = t71 * t225
     t228 = t77 * t225
     t229 = t214 * t226
@@ -5985,6 +6163,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t239 = np.where(t237 < (0.7877881633974483 if single else 0.7853982663974484), t238, 0.0)
     t240 = t210 - 6.283185307179586
     t241 = np.where(t210 > 3.141592653589793, t240, t210)
+    del t71, t77, t214, t227, t229, t216, t228, t231, t233, t199, t234, t236, t139, t238, t210, t240
     t242 = -t241
     t243 = t92 * t171
     t244 = t92 * t163
@@ -6007,6 +6186,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t259 = np.where(t258 < (1e-12 if single else 1e-20), 1.0, t256)
     t260 = np.where(t258 < (1e-12 if single else 1e-20), 0.0, t102)
     t261 = t246 * t260
+    del t241, t92, t243, t245, t98, t247, t249, t171, t253, t252, t173, t255, t251, t257, t256, t246
     t262 = t250 * t260
     t263 = t90 * t259
     t264 = t263 + t261
@@ -6025,6 +6205,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t277 = t105 * t163
     t278 = t105 * t165
     t279 = base_T_tool[10] * t163
+    del t250, t263, t261, t265, t262, t203, t267, t268, t269, t271, t244, t273, t248, t275, t105, t163
     t280 = t278 + t279
     t281 = base_T_tool[10] * t165
     t282 = t281 - t277
@@ -6038,6 +6219,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t290 = t287 + t289
     t291 = t276 * t286
     t292 = t288 + t291
+    del t278, t279, t165, t281, t277, t103, t283, t282, t102, t90, t96, t274, t287, t289, t276, t288
     t293 = 6.283185307179586 + t235
     t294 = -t235
     t295 = np.where(t294 > 1.5707963267948966, t293, t235)
@@ -6054,6 +6236,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t302 = _atan2(t195, t197)
     t303 = _atan2(t226, t225)
     t304 = _atan2(t230, t232)
+    del t291, t235, t294, t293, t295, t296, t297, t143, t299, t191, t190, t195, t197, t225, t226, t230
     t305 = _atan2(t260, t259)
     t306 = _atan2(t264, t266)
     t307 = _atan2(t286, t285)
@@ -6073,6 +6256,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t319 = t301 + 3.141592653589793
     t320 = np.where(t318 > (-1.9222521771937626 if single else -1.9198622801937626), t208, 0.0)
     t321 = np.where(t318 < (2.9694497283903605 if single else 2.9670598313903604), t320, 0.0)
+    del t232, t260, t259, t264, t266, t285, t286, t290, t292, t189, t224, t258, t284, t317, t301, t320
     t322 = t313 - 6.283185307179586
     t323 = np.where(t313 > 3.141592653589793, t322, t313)
     t324 = -t323
@@ -6091,6 +6275,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t337 = t331 - 6.283185307179586
     t338 = np.where(t331 > 3.6651914291880923, t337, t331)
     t339 = np.where(t338 > (-1.9222521771937626 if single else -1.9198622801937626), t239, 0.0)
+    del t313, t322, t323, t319, t325, t208, t327, t329, t303, t332, t314, t334, t335, t331, t337, t239
     t340 = np.where(t338 < (2.9694497283903605 if single else 2.9670598313903604), t339, 0.0)
     t341 = 6.283185307179586 + t305
     t342 = np.where(t305 < -2.6179938779914944, t341, t305)
@@ -6111,6 +6296,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t357 = np.where(t354 < (2.9694497283903605 if single else 2.9670598313903604), t356, 0.0)
     t358 = t316 - 6.283185307179586
     t359 = np.where(t316 > 3.141592653589793, t358, t316)
+    del t339, t341, t305, t344, t315, t346, t347, t343, t349, t272, t351, t353, t307, t356, t316, t358
     t360 = -t359
 
     # forearm and valid
@@ -6129,6 +6315,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t369 = np.where(t365 > (-1.7477192519943296 if single else -1.7453293549943296), t321, 0.0)
     t370 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t369, 0.0)
     t371 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t328, 0.0)
+    del t359, t355, t361, t300, t363, t309, t185, t310, t220, t311, t254, t312, t280, t321, t369, t328
     t372 = -t365
     t373 = np.where(t372 < (1.7477192519943296 if single else 1.7453293549943296), t371, 0.0)
     t374 = np.where(t366 > (-1.7477192519943296 if single else -1.7453293549943296), t333, 0.0)

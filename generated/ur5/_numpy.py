@@ -367,6 +367,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t13 = s234 * s5
     t14 = s234 * 0.09465
     t15 = t0 - t14
+    del q23, q234, c2, c23, s2, s23, c6, s6, t8, t6, t4, t10, t7, s5, s234, t0
     t16 = t1 + t15
     t17 = c234 * 0.09465
     t18 = t17 + t2
@@ -383,6 +384,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t27 = t26 - t23
     t28 = s1 * c5
     t29 = c1 * c5
+    del t14, t1, t15, c234, t17, t2, t3, t18, t19, t5, t22, t24, t9, t26, t23, c5
 
     # base_turn: rotation and position
     t30 = c1 * t12
@@ -407,6 +409,7 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     t45 = t27 * t31
     t46 = t31 * -0.0823
     t47 = t38 - t46
+    del t28, t30, t12, t32, t29, s1, t16, t35, t37, c1, t39, t36, t43, t41, t38, t46
 
     # base_turn, shoulder, elbow, wrist_1 and wrist_2: rotation and position
     t48 = t13 * t25
@@ -504,6 +507,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t37 = t34 + t36
     t38 = s5 * t24
     t39 = t35 - t38
+    del q23, q234, t6, t8, t10, t14, t16, t18, t20, t22, t30, t32, t34, t36, t35, t38
     t40 = t39 * -0.0823
     t41 = c1 * s5
     t42 = c1 * c5
@@ -536,6 +540,7 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
     t63 = s6 * t37
     t64 = s6 * t25
     t65 = t62 - t64
+    del t43, t41, t42, t45, c5, s5, t46, t48, t53, t40, t56, t50, t59, t52, t62, t64
     t66 = c6 * t25
     t67 = t63 + t66
     t68 = -t67
@@ -730,6 +735,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t17 = base_T_tool[9] * base_T_tool[9]
     t18 = t17 + t16
     t19 = t18 - 1.0
+    del t1, t2, t4, t3, t5, t7, t8, t10, t9, t11, t12, t14, t15, t17, t16, t18
     t20 = t19 * t19
     t21 = t13 + t20
     t22 = base_T_tool[0] * base_T_tool[1]
@@ -745,6 +751,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t32 = base_T_tool[10] - t31
     t33 = t32 * t32
     t34 = t33 + t28
+    del t19, t13, t20, t22, t23, t25, t24, t26, t27, t21, t29, t30, t31, t32, t33, t28
     t35 = base_T_tool[4] * base_T_tool[9]
     t36 = base_T_tool[5] * base_T_tool[8]
     t37 = t35 - t36
@@ -764,6 +771,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t51 = t49 * t49
     t52 = base_T_tool[6] * 0.0823
     t53 = base_T_tool[7] - t52
+    del t35, t36, t37, t38, t39, t34, t41, t42, t43, t44, t45, t40, t46, t6, t48, t52
     t54 = t53 * 0.10915
     t55 = t53 * t53
     t56 = t51 + t55
@@ -791,6 +799,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t72 = t68 + t54
     t73 = t68 - t54
     t74 = t57 * t72
+    del t51, t55, t56, t58, t47, t60, t62, t63, t59, t49, t53, t65, t70, t68, t54, t72
     t75 = t57 * t73
     t76 = t50 - t69
     t77 = t50 + t69
@@ -808,6 +817,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t89 = t88 + t87
     t90 = base_T_tool[6] * t78
     t91 = t86 - t90
+    del t73, t50, t69, t76, t57, t77, t81, t80, t84, t83, t74, t88, t87, t78, t86, t90
     t92 = base_T_tool[0] * t75
     t93 = base_T_tool[4] * t79
     t94 = t92 + t93
@@ -829,6 +839,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t110 = np.where(t109 < (1e-12 if single else 1e-20), t97, base_T_tool[10])
     t111 = -t103
     t112 = np.where(t109 < (1e-12 if single else 1e-20), base_T_tool[9], t111)
+    del t92, t93, t95, t96, t75, t100, t99, t79, t98, t102, t104, t91, t0, t108, t103, t111
 
     # Square roots and arc tangents
     t113 = _atan2(0.10915, t67)
@@ -860,6 +871,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t137 = t64 * t124
     t138 = t67 * t122
     t139 = t137 + t138
+    del t71, t105, t117, t106, t119, t107, t109, t125, t112, t127, t110, t133, t115, t124, t137, t138
     t140 = t64 * t122
     t141 = t136 - t140
     t142 = t134 * t141
@@ -884,6 +896,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t161 = t158 * t158
     t162 = 1.0 - t161
     t163 = np.where(t162 > 0.0, t162, 0.0)
+    del t122, t136, t140, t141, t139, t145, t146, t135, t148, t149, t151, t154, t155, t158, t161, t162
     t164 = t134 * (7.631206512451171e-07 if single else 1.8194214135291985e-13)
     t165 = t150 + t164
     t166 = t147 - t164
@@ -902,6 +915,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t179 = t174 + t178
     t180 = t134 * t179
     t181 = t134 * t177
+    del t164, t113, t66, t167, t168, t169, t171, t172, t130, t175, t176, t132, t174, t178, t179, t177
     t182 = -t181
     t183 = -t180
     t184 = np.where(t183 < t147, t147, t150)
@@ -926,6 +940,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     # Square roots and arc tangents
     t200 = _atan2(t114, t89)
     t201 = _atan2(t116, t101)
+    del t147, t150, t184, t190, t191, t185, t193, t194, t170, t196, t197, t198, t114, t89, t116, t101
     t202 = _sqrt(t156)
     t203 = _sqrt(t163)
     t204 = _sqrt(t192)
@@ -944,6 +959,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t215 = t211 * -0.09465
     t216 = t134 * t215
     t217 = t134 * t214
+    del t156, t163, t192, t195, t202, t144, t208, t210, t153, t209, t152, t212, t213, t211, t215, t214
     t218 = np.where(t165 < t142, t216, t120)
     t219 = np.where(t142 < t166, t216, t218)
     t220 = np.where(t165 < t142, t217, t121)
@@ -964,6 +980,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t235 = t229 + t234
     t236 = t235 * t118
     t237 = np.where(t236 < (1e-11 if single else 1e-19), t236.dtype.type(1.0), t236.dtype.type(0.0))
+    del t216, t218, t142, t217, t220, t222, t223, t225, t226, t228, t230, t233, t229, t234, t235, t236
     t238 = 0.09465 * t221
     t239 = t238 - t67
     t240 = t239 * t239
@@ -983,6 +1000,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t254 = t244 * (8.233159566097122e-06 if single else 1.5335454728635255e-14)
     t255 = -t247
     t256 = np.where(t254 < t255, t255, 0.0)
+    del t238, t240, t232, t237, t241, t243, t245, t246, t249, t251, t252, t242, t244, t247, t254, t255
     t257 = -t203
     t258 = np.where(t143 < 0.0, t257, t203)
     t259 = t67 * t258
@@ -996,6 +1014,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t267 = np.where(t165 < t157, t266, t123)
     t268 = np.where(t157 < t166, t266, t267)
     t269 = t82 * t268
+    del t143, t203, t257, t259, t160, t258, t159, t261, t262, t260, t264, t263, t123, t266, t267, t82
     t270 = t85 * t268
     t271 = t121 + t268
     t272 = t271 * t271
@@ -1015,6 +1034,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t284 = t283 * t61
     t285 = base_T_tool[8] * t277
     t286 = t269 - t285
+    del t85, t121, t271, t273, t157, t265, t276, t120, t279, t280, t272, t118, t281, t282, t283, t269
     t287 = base_T_tool[9] * t277
     t288 = t270 - t287
     t289 = 0.09465 * t277
@@ -1033,6 +1053,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t302 = np.where(t297 < t301, t297.dtype.type(1.0), t297.dtype.type(0.0))
     t303 = t302 * t284
     t304 = (8.233159566097122e-06 if single else 1.5335454728635255e-14) * t294
+    del t285, t270, t287, t277, t289, t275, t291, t292, t293, t295, t296, t299, t301, t302, t284, t294
     t305 = -t297
     t306 = np.where(t304 < t305, t305, 0.0)
     t307 = -t204
@@ -1047,6 +1068,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t316 = t134 * t313
     t317 = np.where(t165 < t183, t315, t128)
     t318 = np.where(t183 < t166, t315, t317)
+    del t297, t304, t305, t204, t182, t307, t309, t188, t308, t186, t311, t312, t310, t314, t313, t315
     t319 = np.where(t165 < t183, t316, t129)
     t320 = np.where(t183 < t166, t316, t319)
     t321 = base_T_tool[8] * t318
@@ -1067,6 +1089,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t336 = np.where(t335 < (1e-11 if single else 1e-19), t335.dtype.type(1.0), t335.dtype.type(0.0))
     t337 = 0.09465 * t320
     t338 = t67 + t337
+    del t317, t183, t316, t319, t321, t322, t324, t325, t327, t329, t332, t328, t333, t334, t335, t337
     t339 = t338 * t338
     t340 = t339 + t331
     t341 = t61 * t336
@@ -1086,6 +1109,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t355 = np.where(t353 < t354, t354, 0.0)
     t356 = -t205
     t357 = np.where(t181 < 0.0, t356, t205)
+    del t339, t331, t336, t340, t342, t344, t345, t348, t350, t351, t341, t343, t346, t353, t354, t181
     t358 = t67 * t357
     t359 = t358 - t189
     t360 = t64 * t357
@@ -1097,6 +1121,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t366 = np.where(t165 < t180, t364, t131)
     t367 = np.where(t180 < t166, t364, t366)
     t368 = np.where(t165 < t180, t365, t129)
+    del t205, t356, t358, t189, t357, t187, t360, t361, t359, t363, t134, t362, t131, t364, t366, t165
     t369 = np.where(t180 < t166, t365, t368)
     t370 = t94 * t369
     t371 = t97 * t369
@@ -1109,6 +1134,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t378 = t126 * t377
     t379 = np.where(t378 < (1e-11 if single else 1e-19), t378.dtype.type(1.0), t378.dtype.type(0.0))
     t380 = t61 * t379
+    del t180, t166, t365, t368, t94, t97, t128, t373, t129, t375, t374, t376, t126, t377, t378, t61
     t381 = 0.09465 * t369
     t382 = t67 - t381
     t383 = t382 * t382
@@ -1127,6 +1153,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t396 = t394 * t395
     t397 = t395 - 1.0
     t398 = 0.39225 * t395
+    del t379, t369, t67, t381, t384, t370, t386, t371, t64, t388, t383, t390, t391, t392, t394, t395
     t399 = 0.03275 + t398
     t400 = (6.586527652877698e-05 if single else 1.57035056421225e-11) * t393
     t401 = np.where(t396 < t400, t396.dtype.type(1.0), t396.dtype.type(0.0))
@@ -1140,6 +1167,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t407 = _atan2(t224, t227)
     t408 = _atan2(t231, t239)
     t409 = _atan2(t268, t278)
+    del t398, t400, t401, t380, t393, t396, t403, t404, t219, t221, t224, t227, t231, t239, t268, t278
     t410 = _atan2(t286, t288)
     t411 = _atan2(t290, t274)
     t412 = _atan2(t320, t318)
@@ -1148,6 +1176,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t415 = _atan2(t372, t367)
     t416 = _atan2(t385, t387)
     t417 = _atan2(t389, t382)
+    del t286, t288, t274, t290, t318, t320, t323, t326, t330, t338, t367, t372, t385, t387, t382, t389
     t418 = _sqrt(t256)
     t419 = _sqrt(t306)
     t420 = _sqrt(t355)
@@ -1166,6 +1195,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t429 = _atan2(t423, t300)
     t430 = _atan2(t420, t347)
     t431 = _atan2(t424, t349)
+    del t256, t306, t355, t405, t418, t248, t422, t250, t419, t298, t423, t300, t420, t347, t424, t349
     t432 = _atan2(t421, t397)
     t433 = _atan2(t425, t399)
 
@@ -1187,6 +1217,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t448 = t427 + t444
     t449 = t427 + t408
     t450 = t408 + t448
+    del t421, t397, t425, t399, t438, t439, t440, t441, t406, t443, t445, t446, t444, t427, t408, t448
     t451 = t449 - 3.141592653589793
     t452 = t450 - 3.141592653589793
     t453 = 6.283185307179586 + t447
@@ -1205,6 +1236,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t466 = -t465
     t467 = t409 + t428
     t468 = t409 - t428
+    del t449, t450, t447, t454, t453, t455, t457, t456, t458, t459, t460, t462, t463, t464, t465, t409
     t469 = t467 - t429
     t470 = t411 + t469
     t471 = t470 - 3.141592653589793
@@ -1222,6 +1254,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t483 = 6.283185307179586 - t482
     t484 = -t482
     t485 = np.where(t482 > 3.141592653589793, t483, t484)
+    del t467, t469, t470, t468, t429, t411, t472, t473, t474, t471, t478, t477, t479, t481, t480, t482
     t486 = 6.283185307179586 + t451
     t487 = np.where(t451 < -3.141592653589793, t486, t451)
     t488 = 6.283185307179586 + t452
@@ -1238,6 +1271,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t499 = 6.283185307179586 + t476
     t500 = -t476
     t501 = np.where(t500 > 3.141592653589793, t499, t476)
+    del t483, t484, t451, t486, t452, t489, t488, t490, t492, t491, t493, t494, t495, t475, t497, t476
     t502 = 6.283185307179586 + t501
     t503 = -t501
     t504 = np.where(t503 > 3.141592653589793, t502, t501)
@@ -1256,6 +1290,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t515 = t414 + t514
     t516 = t515 - 3.141592653589793
     t517 = t513 - t431
+    del t500, t499, t501, t503, t502, t504, t505, t506, t508, t509, t510, t412, t512, t514, t515, t513
     t518 = t431 - t414
     t519 = t414 + t517
     t520 = 3.141592653589793 + t518
@@ -1273,6 +1308,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t532 = t531 - 3.141592653589793
     t533 = 6.283185307179586 + t532
     t534 = np.where(t532 < -3.141592653589793, t533, t532)
+    del t431, t414, t517, t518, t519, t516, t523, t522, t524, t526, t525, t527, t528, t529, t531, t532
     t535 = t415 - t432
     t536 = t415 + t432
     t537 = t433 + t535
@@ -1289,6 +1325,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t548 = 6.283185307179586 + t547
     t549 = -t547
     t550 = np.where(t549 > 3.141592653589793, t548, t547)
+    del t533, t415, t535, t537, t538, t536, t433, t417, t540, t541, t542, t539, t546, t545, t547, t549
     t551 = 6.283185307179586 - t550
     t552 = -t550
     t553 = np.where(t550 > 3.141592653589793, t551, t552)
@@ -1304,6 +1341,7 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t563 = 6.283185307179586 - t562
     t564 = -t562
     t565 = np.where(t562 > 3.141592653589793, t563, t564)
+    del t548, t550, t551, t552, t520, t554, t555, t521, t558, t557, t559, t561, t560, t562, t563, t564
     t566 = t543 - 6.283185307179586
     t567 = np.where(t543 > 3.141592653589793, t566, t543)
     t568 = -t567
@@ -1432,6 +1470,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     # shoulder, elbow and wrist_1: position and linear part
     t24 = s234 * 0.09465
     t25 = s234 * t10
+    del q23, q234, c23, s23, c2, s2, c6, t11, s6, t17, t15, t8, t19, t16, s5, s234
     t26 = c234 * t10
     t27 = t24 - t26
     t28 = t27 - t0
@@ -1456,6 +1495,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t43 = c1 * t18
     t44 = t41 + t43
     t45 = s1 * t18
+    del t24, t26, t0, t2, c234, t30, t25, t1, t3, t33, t32, t31, t9, t41, t43, t18
     t46 = t45 - t42
     t47 = s1 * c5
     t48 = c1 * c5
@@ -1478,6 +1518,7 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t61 = t60 - t54
     t62 = t46 * t50
     t63 = t56 + t62
+    del t45, t42, c5, t47, t49, t21, t51, t48, t52, t55, t57, t58, t22, t60, t54, t56
 
     # base_turn: position and linear part
     t64 = s1 * t13
