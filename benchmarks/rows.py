@@ -1,7 +1,8 @@
 """Processor time of each stage of a build against the number of rows: `python -m benchmarks.rows [OUTPUTS]`.
 
 The arms are made up: every row has a twist and two lengths that no other row near it has, so nothing folds and nothing
-vanishes. Each is built in a process and a cache of its own; children, such as compilers, count.
+vanishes. Each is built in a process and a cache of its own; children, such as compilers, count. The last column is how
+long a user waits, which is less where compilers run side by side.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SIZES = (7, 15, 30, 60, 120, 240)
+ALL = ("all", "wait")
 STAGES = ("load", "derive", "lower", "vectors", "emit", "compile", "prove", "measure", "write")
 
 BUILD = """
@@ -60,15 +63,19 @@ def stage_times(rows: int, outputs: str) -> dict[str, float]:
         outputs: What is built, as `--outputs` takes it.
 
     Returns:
-        Processor time of each stage in seconds, and of everything, start included, as `all`.
+        Processor time of each stage in seconds, of everything, start included, as `all`, and the time from the start to
+        the end as `wait`.
     """
     with tempfile.TemporaryDirectory(prefix="kinegen-bench-") as folder:
         file = Path(folder) / f"rows{rows}.yaml"
         file.write_text(arm(rows), encoding="utf-8")
         command = [sys.executable, "-c", BUILD, str(file), str(Path(folder) / "out"), outputs]
         environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(Path(folder) / "cache")}
+        began = time.monotonic()
         done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
-    return {name: float(seconds) for name, seconds in (line.split() for line in done.stdout.splitlines())}
+        wait = time.monotonic() - began
+    times = {name: float(seconds) for name, seconds in (line.split() for line in done.stdout.splitlines())}
+    return {**times, "wait": wait}
 
 
 def table(
@@ -81,11 +88,11 @@ def table(
         sizes: Numbers of rows.
         measure: What finds the times of one size.
     """
-    yield f"{f'rows, {outputs}':<12}" + "".join(f"{name:>9}" for name in (*STAGES, "all"))
+    yield f"{f'rows, {outputs}':<12}" + "".join(f"{name:>9}" for name in (*STAGES, *ALL))
     for rows in sizes:
         times = measure(rows, outputs)
         yield f"{rows:<12}" + "".join(
-            f"{times[name]:>9.2f}" if name in times else f"{'-':>9}" for name in (*STAGES, "all")
+            f"{times[name]:>9.2f}" if name in times else f"{'-':>9}" for name in (*STAGES, *ALL)
         )
 
 
