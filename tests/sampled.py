@@ -65,9 +65,9 @@ RECORDED: Mapping[str, Recorded] = {
 """By their marks. Not all long tests are in these folders: others are tried in every run."""
 
 
-@dataclass
+@dataclass(eq=False)
 class Sample:
-    """The plugin of a run of one mark.
+    """The plugin of a run of one mark; pytest keeps plugins in sets.
 
     Attributes:
         recorded: Its tests.

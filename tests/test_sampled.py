@@ -49,6 +49,7 @@ def project(tmp_path: Path) -> Path:
         "conftest.py": CONFTEST,
         "pytest.ini": "[pytest]\n",
         "heavy/test_heavy.py": HEAVY.format(wrong=-1),
+        "light/conftest.py": "",
         "light/test_light.py": "def test_light(): pass\n",
     }.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
