@@ -234,4 +234,19 @@ def test_the_same_bits_have_the_same_verdict_and_others_one_of_their_own() -> No
     assert zeros.holds
     assert not wrong.holds
     assert wrong.position_error == pytest.approx(1e-3)
-    assert library.position_tolerance >= first.position_tolerance
+    assert library == replace(first, target="NumPy double", row="")
+
+
+def test_numpy_has_wider_limits_only_where_it_does_not_keep_those_of_c() -> None:
+    points = proof_samples(PUMA)[::400]
+    judge = Judge(expect(Known(PUMA, {"q": points}), Quantity.POSE), program_of(PUMA, Quantity.POSE), "float")
+    poses = reference.fk(PUMA, points)
+    narrow, wide = (float(judge.limits(target)[0][0][0][0, 0]) for target in ("C float", "NumPy float"))
+    assert narrow < wide
+
+    for off, holds in ((narrow / 2, (True, True)), ((narrow + wide) / 2, (False, True)), (2 * wide, (False, False))):
+        moved = poses.copy()
+        moved[3, 0, 3] += off
+        c, numpy = judge.compare("C float", (moved,)), judge.compare("NumPy float", (moved,))
+        assert (c.holds, numpy.holds) == holds
+        assert (numpy.position_tolerance == c.position_tolerance) == c.holds
