@@ -113,13 +113,15 @@ def _within_tile(text: str) -> str:
 
 
 _PARTS = "Name Constant BinOp UnaryOp Subscript Attribute Call Tuple Load Store Del Add Sub Mult Div USub Assign Return"
-_ALLOWED = tuple(getattr(ast, name) for name in [*_PARTS.split(), "Delete", "Compare", "Lt", "Gt"])
+_ALLOWED = tuple(getattr(ast, name) for name in [*_PARTS.split(), "Delete", "Pass", "Compare", "Lt", "Gt"])
 _CALLS = ("_sincos", "_atan2", "_sqrt", "np.where", "params._make", "map")
+_SUM = re.compile(rf"^    {_NAME} = {_TERM}$", re.MULTILINE)
+"""A statement of a function that is plainly straight, as most of a long form are: these need no parser."""
 
 
 def _crooked_formulas(text: str, names: set[str]) -> Iterator[str]:
     """What the functions of the NumPy form have besides assignments of sums, products and calls."""
-    for node in ast.parse(text).body:
+    for node in ast.parse(_SUM.sub("    pass", text)).body:
         if isinstance(node, ast.FunctionDef) and node.name in names:
             for statement in node.body[1:]:
                 for part in ast.walk(statement):
