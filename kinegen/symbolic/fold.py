@@ -29,6 +29,9 @@ Attitude = tuple[SignedAxis, SignedAxis, SignedAxis]
 
 UPRIGHT: Attitude = ((0, 1), (1, 1), (2, 1))
 
+_SPECIAL = 120
+"""The largest denominator of a part of pi whose sine and cosine sympy knows in roots."""
+
 
 @dataclass(frozen=True, slots=True)
 class Folded:
@@ -75,8 +78,20 @@ class Trail:
 
 @lru_cache(maxsize=1024)
 def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """The cosine and the sine of an angle; sympy looks for special values each time, which takes a millisecond."""
-    return sp.cos(angle), sp.sin(angle)
+    """The cosine and the sine of an angle, as sympy's `cos` and `sin` give them.
+
+    For a constant sympy tries one special value after the other, which takes milliseconds. It knows none for a part of
+    pi with a large denominator; such an angle is brought to the first quadrant here.
+    """
+    share, rest = angle.as_coeff_Mul()
+    if rest is not sp.pi or not share.is_Rational or share.q <= _SPECIAL or abs(share) > 2:
+        return sp.cos(angle), sp.sin(angle)
+    half_turn, place = share.q, share.p % (2 * share.q)
+    below, place = place > half_turn, min(place, 2 * half_turn - place)
+    left, place = 2 * place > half_turn, min(place, half_turn - place)
+    acute = sp.Rational(place, half_turn) * sp.pi
+    cosine, sine = sp.cos(acute, evaluate=False), sp.sin(acute, evaluate=False)
+    return -cosine if left else cosine, -sine if below else sine
 
 
 def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
