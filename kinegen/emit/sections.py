@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from kinegen.emit.actuators import ARRAY as ACTUATORS
 from kinegen.ir.program import Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
@@ -68,8 +69,9 @@ class _Run:
         return _Run(self.step, self.turns | other.turns, self.leads | other.leads, self.statements + other.statements)
 
 
+@lru_cache(maxsize=8)
 def sections(robot: Robot, program: Program) -> tuple[Section, ...]:
-    """Split a program into parts with titles, no two neighbours with the same one.
+    """Split a program into parts with titles, no two neighbours with the same one; all languages have the same.
 
     Args:
         robot: The robot, for the names of its joints.
