@@ -90,11 +90,22 @@ def _edge_numbers(graph: Graph, ranges: tuple[Interval | None, ...]) -> frozense
 @lru_cache(maxsize=32)
 def _beyond(groups: Groups, edge: tuple[Single | None, ...], real: NumberType) -> tuple[Single, ...]:
     """Bound the results from what is known of the first values."""
-    known = Norms(groups, real)
+    first = tuple(single and (single.exact, not single.error, not single.computed) for single in edge)
+    known = Norms(groups, real, _exact_norms(groups, first))
     analysis = _Analysis(groups.graph, (None,) * len(edge), real, known)
     for number, single in enumerate(edge):
         known.singles.append(single or analysis.single(number))
     return tuple(known.singles[number] for number in groups.graph.outputs)
+
+
+@lru_cache(maxsize=4)
+def _exact_norms(_groups: Groups, _first: tuple[object, ...]) -> dict[Group, Decimal]:
+    """Bounds of exact values, filled by the first analysis and used by those in other number types.
+
+    They follow from the first exact values. What else goes into them is which groups are asked for, and in which order,
+    since a long chain has groups that are not looked into: that depends on errors and computed values that are zero.
+    """
+    return {}
 
 
 class _Analysis:
@@ -116,7 +127,7 @@ class _Analysis:
             return self._trigonometric(operator, operands[0])
         if operator is Operator.DIV:
             return self._quotient(*operands)
-        exact = self._size(number) or min(self._exact_bounds(number))
+        exact = self._size(number) or self._exact(number)
         error = min(self._error_bounds(number))
         first, second = (self.known.singles[operand].computed for operand in operands)
         largest = min(exact + error, first * second if operator is Operator.MUL else first + second)
@@ -124,6 +135,12 @@ class _Analysis:
             # The bound is for inputs with which angles stay in the range of the sine and cosine.
             largest = min(largest, Decimal(self.real.angle_limit))
         return self._rounded(exact, error, largest, operands if operator is Operator.MUL else ())
+
+    def _exact(self, number: int) -> Decimal:
+        """The same of any sum or product."""
+        if (known := self.known.exact_norms.get((number,))) is None:
+            known = self.known.exact_norms[number,] = min(self._exact_bounds(number))
+        return known
 
     def _rounded(self, exact: Decimal, error: Decimal, largest: Decimal, factors: Group = ()) -> Single:
         """A value from its error before rounding and a bound of the number that is rounded."""

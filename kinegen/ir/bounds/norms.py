@@ -55,13 +55,14 @@ class Norms:
     Attributes:
         groups: The values, and what groups of them have in common.
         real: The number type.
+        exact_norms: Bounds of the 2-norm of exact values that are known, single ones among them.
         singles: The values known so far; the others follow in order.
     """
 
     groups: Groups
     real: NumberType
+    exact_norms: dict[Group, Decimal] = field(default_factory=dict)
     singles: list[Single] = field(default_factory=list)
-    _exact: dict[Group, Decimal] = field(default_factory=dict)
     _error: dict[Group, Decimal] = field(default_factory=dict)
     _matrices: dict[Shape, Matrix] = field(default_factory=dict)
     _depth: int = 0
@@ -70,14 +71,14 @@ class Norms:
         """Bound of the 2-norm of the exact values of a group."""
         if len(group) < 2:
             return self.singles[group[0]].exact if group else ZERO
-        known = self._exact.get(group)
+        known = self.exact_norms.get(group)
         if known is None:
             group = tuple(sorted(group))
-            known = self._exact.get(group)
+            known = self.exact_norms.get(group)
         if known is None:
             self._depth += 1
             known = min(self._exact_bounds(group)) if self._is_near(group) else self._apart_exact(group)
-            self._exact[group] = known
+            self.exact_norms[group] = known
             self._depth -= 1
         return known
 
