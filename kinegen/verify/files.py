@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Event
 from types import ModuleType
 from typing import Any
 
@@ -47,16 +51,60 @@ SPOILT = 64
 """Integer kernels are spoilt by so many units."""
 
 
-def require_files(
+@contextmanager
+def compiled_probes(
     robot: Robot, package: ModuleType, folder: Path, quantities: tuple[Quantity, ...], reals: tuple[str, ...]
+) -> Iterator[Mapping[str, Future[Probe]]]:
+    """Compile the probes of a package while other things are done.
+
+    Args:
+        robot: The robot.
+        package: Its generated package, imported.
+        folder: Where its files lie, and where more are put.
+        quantities: The quantities it was built for.
+        reals: Its number types, `double` and `float`.
+
+    Yields:
+        For each number type the probe to come, which raises a CompileError where a file does not compile or a header
+        lacks a macro; none of a package without C. What is not finished at the end is given up.
+    """
+    stop, pool = Event(), ThreadPoolExecutor(1)
+    try:
+        if package.backend == "c":
+            tested, compiler = _tested(robot, package, quantities), find_compiler()
+            compile_one = partial(
+                compile_probe,
+                robot,
+                folder,
+                kernels=tested.kernels,
+                macros=tuple(tested.macros),
+                compiler=compiler,
+                stop=stop,
+            )
+            yield {real: pool.submit(compile_one, real) for real in reals}
+        else:
+            yield {}
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+def require_files(
+    robot: Robot,
+    package: ModuleType,
+    folder: Path,
+    quantities: tuple[Quantity, ...],
+    probes: Mapping[str, Future[Probe]],
+    reals: tuple[str, ...],
 ) -> None:
     """Check what a package has beside its kernels.
 
     Args:
         robot: The robot.
         package: Its generated package, imported.
-        folder: Where its files lie, and where more may be put.
+        folder: Where its files lie.
         quantities: The quantities it was built for.
+        probes: Its probes, from `compiled_probes`.
         reals: Its number types, `double` and `float`.
 
     Raises:
@@ -72,24 +120,46 @@ def require_files(
     require_straight(robot, texts, straight, reals)
     if package.backend != "c":
         return
-    # The inverse of a machine has a proof of its own, and no part in the self-test.
-    programs = tuple(quantity for quantity in programs if quantity.kind is not Kind.AXIS_INVERSE)
-    compiler, macros = find_compiler(), header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
-    kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
-    choices = tuple(quantity for quantity in programs if quantity.kind is Kind.INVERSE)
-    kernels += [Spoilable(NEAREST, 2 + bool(robot.redundancy), (robot.dof,), is_choice=True) for _ in choices]
-    spreads = _spreads(robot, programs)
+    tested = _tested(robot, package, quantities)
+    spreads = _spreads(robot, tested.programs)
     for real in reals:
-        probe = compile_probe(robot, folder, real, kernels, tuple(macros), compiler)
-        require_macros(robot, probe, macros)
+        probe = probes[real].result()
+        require_macros(robot, probe, tested.macros)
         require_limits(robot, probe)
         _require_defaults(robot, probe)
         require_routines(robot, probe)
-        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(programs, kernels)]
-        deltas += [(_joint_deltas(robot),) for _ in choices]
+        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(tested.programs, tested.kernels)]
+        deltas += [(_joint_deltas(robot),) for _ in tested.choices]
         text = (folder / vectors_file(robot.name, real)).read_text(encoding="utf-8")
-        explain = partial(worst_number, robot, package, text, programs, real)
-        require_selftest(robot, probe, (*programs, *choices), kernels, deltas, explain)
+        explain = partial(worst_number, robot, package, text, tested.programs, real)
+        require_selftest(robot, probe, (*tested.programs, *tested.choices), tested.kernels, deltas, explain)
+
+
+@dataclass(frozen=True, slots=True)
+class _Tested:
+    """What the self-tests of a package are about.
+
+    Attributes:
+        programs: What their kernels compute.
+        choices: Those among them of which one solution is chosen, by a function of its own.
+        kernels: The kernels, then these functions.
+        macros: The macros of the headers, with their values.
+    """
+
+    programs: tuple[Quantity, ...]
+    choices: tuple[Quantity, ...]
+    kernels: tuple[Spoilable, ...]
+    macros: Mapping[str, int]
+
+
+def _tested(robot: Robot, package: ModuleType, quantities: Sequence[Quantity]) -> _Tested:
+    # The inverse of a machine has a proof of its own, and no part in the self-test.
+    programs = tuple(each for each in quantities if each not in SOLVERS and each.kind is not Kind.AXIS_INVERSE)
+    choices = tuple(quantity for quantity in programs if quantity.kind is Kind.INVERSE)
+    kernels = [_spoilable(getattr(package, quantity.function), quantity) for quantity in programs]
+    kernels += [Spoilable(NEAREST, 2 + bool(robot.redundancy), (robot.dof,), is_choice=True) for _ in choices]
+    macros = header_macros(robot, programs, len(getattr(package, "BRANCHES", ())))
+    return _Tested(programs, choices, tuple(kernels), macros)
 
 
 def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 0) -> dict[str, int]:

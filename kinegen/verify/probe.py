@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from kinegen.naming import c_file, function, macro, prefix, selftest_file
@@ -70,6 +71,7 @@ def compile_probe(
     macros: Sequence[str],
     compiler: Compiler,
     flags: Sequence[str] = (),
+    stop: Event | None = None,
 ) -> Probe:
     """Compile the files of one number type.
 
@@ -81,6 +83,7 @@ def compile_probe(
         macros: What the header must define, after the robot's prefix.
         compiler: The compiler.
         flags: Further flags for all of them.
+        stop: Once it is set, the compiler is ended.
 
     Raises:
         CompileError: If it refuses a file, or the header lacks a macro.
@@ -103,17 +106,17 @@ def compile_probe(
     (folder / sources[0]).write_text(_probe(robot, real, kernels, macros), encoding="utf-8")
     renames = [f"-D{function(robot.name, each.function, real)}=kinegen_spoilt_{each.function}" for each in kernels]
     test = (*flags, "-DKINEGEN_SELFTEST_MAIN", "-Dmain=kinegen_selftest", "-Dprintf=kinegen_printf", *renames)
-    objects = [_compiled(compiler, folder, selftest_file(robot.name, real), test)]
-    objects += [_compiled(compiler, folder, source, tuple(flags)) for source in sources]
+    works = [(selftest_file(robot.name, real), test), *((source, tuple(flags)) for source in sources)]
+    objects = [_compiled(compiler, folder, source, more, stop) for source, more in works]
     library = folder / f"{stem}_probe.so"
-    compiler.run(folder, (*_FLAGS, *objects, "-o", library.name, "-lm"), "the self-test")
+    compiler.run(folder, (*_FLAGS, *objects, "-o", library.name, "-lm"), "the self-test", stop)
     return Probe(real, ctypes.CDLL(str(library)), tuple(routines))
 
 
-def _compiled(compiler: Compiler, folder: Path, source: str, more: tuple[str, ...]) -> str:
+def _compiled(compiler: Compiler, folder: Path, source: str, more: tuple[str, ...], stop: Event | None) -> str:
     target = f"{source.removesuffix('.c')}_probe.o"
     flags = tuple(flag for flag in _FLAGS if flag != "-shared")
-    compiler.run(folder, (*flags, *more, "-c", source, "-o", target), source)
+    compiler.run(folder, (*flags, *more, "-c", source, "-o", target), source, stop)
     return target
 
 

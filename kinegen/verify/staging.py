@@ -13,7 +13,7 @@ from kinegen.native.package import load_package
 from kinegen.outputs import Quantity
 from kinegen.robot.model import Robot
 from kinegen.verify.comparison import Proof
-from kinegen.verify.files import require_files
+from kinegen.verify.files import compiled_probes, require_files
 from kinegen.verify.proof import prove
 
 
@@ -46,7 +46,8 @@ def prove_package(
         if EXTENSION in contents and package.backend != "c":
             reason = "; ".join(str(warning.message) for warning in caught)
             raise CompileError(f"{robot.name}: the compiled module cannot be proven on this machine: {reason}")
-        proof = prove(robot, package, quantities, reals)
-        proof.require(robot)
-        require_files(robot, package, folder, quantities, reals)
+        with compiled_probes(robot, package, folder, quantities, reals) as probes:
+            proof = prove(robot, package, quantities, reals)
+            proof.require(robot)
+            require_files(robot, package, folder, quantities, probes, reals)
         return proof, str(package.backend)
