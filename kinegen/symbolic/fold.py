@@ -99,8 +99,13 @@ def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     cosine, sine = cosine_sine(angle)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turned = list(vector)
-    turned[i] = cosine * vector[i] - sine * vector[j]
-    turned[j] = sine * vector[i] + cosine * vector[j]
+    if vector[j] is sp.S.Zero:  # as in unit vectors; sympy takes as long for a zero as for any factor
+        turned[i], turned[j] = cosine * vector[i], sine * vector[i]
+    elif vector[i] is sp.S.Zero:
+        turned[i], turned[j] = -(sine * vector[j]), cosine * vector[j]
+    else:
+        turned[i] = cosine * vector[i] - sine * vector[j]
+        turned[j] = sine * vector[i] + cosine * vector[j]
     return turned[0], turned[1], turned[2]
 
 
