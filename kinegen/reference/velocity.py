@@ -10,6 +10,7 @@ axes of the base (`WORLD`).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import mpmath
@@ -114,6 +115,8 @@ class Kinematics:
         """The poses of all frames: where series in small changes are known, what is left without a change."""
         for known in self._by_order.values():
             return {name: series.parts[()] for name, series in known.items()}
+        if self.exact and not self._params:
+            return _exact_poses(self.robot, tuple(map(tuple, self.q)))
         kind = self._kind()
         return chain(self.robot, values_of(self.robot, list(self.q.T), self._params, kind), kind)
 
@@ -189,3 +192,11 @@ class Kinematics:
 def _blocks(place: Series) -> tuple[Series, Series]:
     """Rotation and position of a pose, or their derivatives."""
     return place.map(lambda part: part[..., :3, :3]), place.map(lambda part: part[..., :3, 3:])
+
+
+@lru_cache(maxsize=1)
+def _exact_poses(robot: Robot, rows: tuple[tuple[Any, ...], ...]) -> dict[str, Numbers]:
+    """The poses of all frames in `DIGITS` digits; a build asks for them at the same joint vectors twice."""
+    kind = digit_arrays()
+    q = np.array(rows, dtype=object).reshape(len(rows), robot.dof)
+    return chain(robot, values_of(robot, list(q.T), None, kind), kind)
