@@ -14,6 +14,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from kinegen.emit.sections import FIXED
 from kinegen.ir.fixed.program import Integer
+from kinegen.ir.last_reads import last_reads
 from kinegen.ir.program import Constant, RuntimeParameter, Temporary, Variable
 from kinegen.older import StrEnum
 
@@ -211,11 +212,8 @@ class Printer(Generic[Op]):
         """The lines that give back temporaries, by the first result of the statement that they follow."""
         if not self.syntax.release or len(program.statements) < _MANY:
             return {}
-        last: dict[str, int] = {}
-        for place, statement in enumerate(program.statements):
-            last |= {each.name: place for each in statement.operands if isinstance(each, Temporary)}
-        kept = _names(program.outputs)
-        names = sorted((name for name in last if name not in kept), key=last.__getitem__)
+        last = last_reads(program)
+        names = sorted(last, key=last.__getitem__)
         full = [names[start : start + _TOGETHER] for start in range(0, len(names) - _TOGETHER + 1, _TOGETHER)]
         ends = {last[some[-1]]: (self.syntax.release.format(names=", ".join(some)),) for some in full}
         ends.pop(len(program.statements) - 1, None)  # what follows is the end

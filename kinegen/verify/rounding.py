@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.ir.bounds import NumberType
+from kinegen.ir.last_reads import last_reads
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
 
 FloatArray = NDArray[np.float64]
@@ -115,7 +116,9 @@ class _Run:
         self._signs, self._factors = signs, factors
         self._unit = float(real.unit)
         self._place = 0
-        self._last_use = _last_uses(program)
+        self._dead: dict[int, list[str]] = {}
+        for name, place in last_reads(program).items():
+            self._dead.setdefault(place, []).append(name)
         self._used = program.used
         self._constants: dict[Constant, Any] = {}
 
@@ -133,7 +136,7 @@ class _Run:
                 for name, value in zip(statement.results, values, strict=True):
                     if Temporary(name) in self._used:
                         known[name] = self._rounded(statement.operator, value, block.count)
-                for name in self._last_use.get(place, ()):
+                for name in self._dead.get(place, ()):
                     del known[name]
             outputs = [self._operand(operand, columns, known) for operand in self._program.outputs]
         results = np.empty((*shape, len(outputs)))
@@ -175,19 +178,6 @@ class _Run:
         # The array was made for this statement alone, and is of use as it is if all trials are in it.
         moved: FloatArray = np.multiply(value, factors, out=value if np.shape(value) == factors.shape else None)
         return moved
-
-
-def _last_uses(program: Program) -> dict[int, list[str]]:
-    """The temporaries that are not needed after a statement, by its place."""
-    kept = {operand.name for operand in program.outputs if isinstance(operand, Temporary)}
-    last: dict[str, int] = {}
-    for place, statement in enumerate(program.statements):
-        last |= {operand.name: place for operand in statement.operands if isinstance(operand, Temporary)}
-    found: dict[int, list[str]] = {}
-    for name, place in last.items():
-        if name not in kept:
-            found.setdefault(place, []).append(name)
-    return found
 
 
 _OPERATIONS: Mapping[Operator, Callable[..., Any]] = {
