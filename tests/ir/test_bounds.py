@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
 from fractions import Fraction
@@ -14,13 +14,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen.emit.accuracy import NUMBER_TYPES
+from benchmarks.rows import arm
+from kinegen.emit.accuracy import NUMBER_TYPES, fraction_box
 from kinegen.emit.reals import Real
+from kinegen.formats.load import loads
 from kinegen.ir.bounds import Ranges, bound
-from kinegen.ir.bounds.analysis import _beyond
+from kinegen.ir.bounds.analysis import _beyond, _exact_norms
 from kinegen.ir.bounds.graph import graph_of
 from kinegen.ir.bounds.numbers import UPWARDS, largest_cosine, largest_sine, lower, norm, upper
 from kinegen.ir.bounds.rows import all_rows, turns
+from kinegen.ir.lower import program_of
 from kinegen.ir.program import (
     Constant,
     Operand,
@@ -31,6 +34,7 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
+from kinegen.outputs import Quantity
 from tests.bounds.arithmetic import Adversary, run
 from tests.signatures import positions
 
@@ -263,6 +267,33 @@ def test_ranges_in_which_sines_and_cosines_reach_as_far_are_analysed_once() -> N
     assert _beyond.cache_info().misses == before + 1
     assert sum(entries(program, narrow)) < sum(entries(program, wide))
     assert _beyond.cache_info().misses == before + 2
+
+
+def one_after_the_other(program: Program, asked: Iterable[tuple[Ranges, Real]]) -> list[tuple[float, ...]]:
+    """Bounds of a program, with nothing known before the first ones."""
+    _beyond.cache_clear()
+    _exact_norms.cache_clear()
+    return [entries(program, ranges, real) for ranges, real in asked]
+
+
+def require_independence(program: Program, asked: Sequence[tuple[Ranges, Real]]) -> None:
+    for each, found in zip(asked, one_after_the_other(program, asked), strict=True):
+        assert one_after_the_other(program, [each]) == [found]
+
+
+@settings(max_examples=60)
+@given(program=st.one_of(arithmetic(), geometry()))
+def test_bounds_do_not_depend_on_what_was_asked_before(program: Program) -> None:
+    wide, narrow = (Ranges(((-half, half),) * DOF, (Fraction(31, 100),)) for half in (Fraction(3), Fraction(1, 10)))
+
+    require_independence(program, [*itertools.product((wide, narrow), Real)])
+
+
+def test_nor_do_those_of_long_chains_in_which_groups_are_left_out() -> None:
+    robot = loads(arm(40), "rows40.yaml")
+    box = Ranges(fraction_box(robot), ())
+
+    require_independence(program_of(robot, Quantity.POSE), [(box, real) for real in Real])
 
 
 def test_turning_to_and_fro_adds_errors_and_does_not_multiply_them() -> None:
