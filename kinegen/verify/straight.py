@@ -115,7 +115,8 @@ def _within_tile(text: str) -> str:
 _PARTS = "Name Constant BinOp UnaryOp Subscript Attribute Call Tuple Load Store Del Add Sub Mult Div USub Assign Return"
 _ALLOWED = tuple(getattr(ast, name) for name in [*_PARTS.split(), "Delete", "Pass", "Compare", "Lt", "Gt"])
 _CALLS = ("_sincos", "_atan2", "_sqrt", "np.where", "params._make", "map")
-_SUM = re.compile(rf"^    {_NAME} = {_TERM}$", re.MULTILINE)
+_NAMED = rf"(?:-?{_NAME}(?:\[\d+\])?|-?{_NUMBER}|\(-{_NUMBER}\))"
+_SUM = re.compile(rf"^    {_NAME} = {_NAMED}(?: [-+*/] {_NAMED})?$", re.MULTILINE)
 """A statement of a function that is plainly straight, as most of a long form are: these need no parser."""
 
 
