@@ -10,15 +10,18 @@ from kinegen.ir.program import Temporary
 
 class _Statement(Protocol):
     @property
-    def operands(self) -> Sequence[Any]: ...
+    def operands(self) -> Sequence[Any]:
+        """What it reads."""
 
 
 class _Code(Protocol):
     @property
-    def statements(self) -> Sequence[_Statement]: ...
+    def statements(self) -> Sequence[_Statement]:
+        """The code."""
 
     @property
-    def outputs(self) -> Sequence[Any]: ...
+    def outputs(self) -> Sequence[Any]:
+        """The numbers of the results."""
 
 
 def last_reads(code: _Code) -> dict[str, int]:
